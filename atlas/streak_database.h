@@ -1,0 +1,103 @@
+// The streak database on disk: one shard per (drop diameter, oscillation set, view elevation), and a
+// manifest that tells how all of it was made.
+//
+//   DIR/manifest.json                       version, every parameter, seed, instruction set, per shard a hash
+//   DIR/cost.json                           CPU seconds and machine: outside the promise of same bytes
+//   DIR/shards/dDDDD_oscOO_vEE.exr          DDDD diameter in um, OO oscillation, EE view elevation with sign
+//
+// A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light elevation with
+// sign, azimuth, degrees), then env, then coverage; channels Y and Y.variance. Values:
+//   light     radiance toward the camera per unit irradiance of the light on a plane facing it [1/sr]
+//   env       radiance per unit radiance of a uniform environment [1]
+//   coverage  share of pixel area x exposure in which the drop is there [0..1]
+// each an average over the pixel's area AND over the whole exposure. Y.variance is the variance of that
+// mean (unit squared). Row 0 is the top: the drop enters there at shutter-open.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace pluvia {
+
+struct LightDirection {
+  int elevation_deg = 0;  // -90 .. 90; at +-90 the azimuth has no meaning and is 170 by convention
+  int azimuth_deg = 0;    // 0 = on the camera's side, 180 = behind the drop
+  bool operator==(const LightDirection&) const = default;
+};
+
+// The 74 directions of the 2006 database, elevation ascending, then azimuth ascending:
+// elevations -70..70 step 20, that is +-10 .. +-70, x azimuths 10..170 step 20, and +-90 with 170.
+std::vector<LightDirection> gn2006_light_directions();
+
+struct StreakImage {                 // one part of a shard
+  std::vector<float> mean = {};      // width * height, row by row
+  std::vector<float> variance = {};  // of the mean
+};
+
+struct ShardKey {
+  int diameter_um = 3200;
+  int oscillation = 0;         // index of the set
+  int view_elevation_deg = 0;  // > 0 looks down on the drop
+  bool operator==(const ShardKey&) const = default;
+};
+
+// "d3200_osc03_v+20"
+std::string shard_name(const ShardKey& key);
+
+struct Shard {
+  ShardKey key = {};
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<LightDirection> lights = {};
+  std::vector<StreakImage> light = {};  // as many as lights
+  StreakImage env = {};                 // empty vectors where the preset asks for none
+  StreakImage coverage = {};
+};
+
+// sqrt(sum of variances / sum of squared means); 0 for an image that is zero everywhere.
+double estimated_relative_error(const StreakImage& image);
+
+// The file's bytes are a function of the shard alone. Refuses NaN, infinity, negative values and wrong
+// sizes (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
+std::string write_shard(const std::string& file, const Shard& shard);
+
+// Throws std::runtime_error "FILE: part NAME: ..." for missing or misnamed parts, unequal sizes,
+// truncation, NaN. The key comes from the file's own header attributes, and must agree with its name.
+Shard read_shard(const std::string& file);
+
+struct ShardRecord {
+  ShardKey key = {};
+  std::string file = {};  // relative to the database folder
+  std::string sha256 = {};
+  int width_px = 0;
+  int height_px = 0;
+  double path_top_row = 0;     // row coordinate (0 = top edge of row 0) of the drop's centre at shutter-open
+  double path_bottom_row = 0;  // .. at shutter-close
+  std::vector<std::string> images = {};              // part names in file order
+  std::vector<double> estimated_relative_error = {};  // one per image
+};
+
+struct Manifest {
+  static constexpr int version = 1;
+  std::string preset = {};      // name of the preset
+  std::string parameters = {};  // every resolved parameter, as a JSON object's text
+  unsigned long long seed = 0;
+  std::string instruction_set = {};
+  double mean_radius_m = 0;
+  double exposure_s = 0;
+  double fall_speed_m_s = 0;
+  double pixel_m = 0;  // side of a pixel in the plane facing the camera
+  std::vector<ShardRecord> shards = {};  // sorted by key: diameter, oscillation, view elevation
+};
+
+void write_manifest(const std::string& folder, const Manifest& manifest);
+
+// Throws std::runtime_error "DIR/manifest.json: KEY: found; expected", also for another version.
+Manifest read_manifest(const std::string& folder);
+
+// True when the shard's file exists and its bytes hash to the record's SHA-256.
+bool shard_is_whole(const std::string& folder, const ShardRecord& record);
+
+}  // namespace pluvia

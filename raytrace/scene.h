@@ -1,0 +1,71 @@
+// A scene: what a frame shows, free of any renderer. Read from TOML (raytrace/toml_reader.h), geometry
+// from glTF 2.0 through tinygltf. World axes: x east, y north, z up, metres; glTF's y-up is turned.
+// Radiance is linear Rec.709 in cd/m^2; a lamp of intensity I [cd] at distance r gives I / r^2 lux.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace pluvia {
+
+struct Camera {
+  Eigen::Vector3d position_m = {0, 0, 1.6};
+  Eigen::Vector3d target_m = {0, 1, 1.6};
+  double vertical_fov_deg = 40;  // 1 .. 150
+  int width_px = 640;
+  int height_px = 360;
+  double exposure_s = 1.0 / 60;
+  double white_cd_m2 = 1;        // the radiance that a PNG shows as white
+};
+
+struct PointLight {
+  std::string name = {};
+  Eigen::Vector3d position_m = {0, 0, 0};
+  Eigen::Vector3d intensity_cd = {0, 0, 0};  // per Rec.709 channel
+};
+
+struct EnvironmentLight {        // both given: an error; neither: black
+  std::string map_file = {};     // lat-long (atlas/image_io.h), absolute after reading
+  double scale_cd_m2 = 1;        // multiplies the map
+  Eigen::Vector3d uniform_cd_m2 = {0, 0, 0};
+};
+
+struct Material {
+  Eigen::Vector3d base_color = {0.5, 0.5, 0.5};  // Lambert albedo, linear
+  Eigen::Vector3d emission_cd_m2 = {0, 0, 0};
+};
+
+struct Mesh {                    // triangles in world coordinates, counter-clockwise from outside
+  std::vector<Eigen::Vector3f> positions_m = {};
+  std::vector<Eigen::Vector3f> normals = {};     // unit, one per position
+  std::vector<std::uint32_t> indices = {};       // 3 per triangle
+  std::vector<Material> materials = {};
+  std::vector<std::uint32_t> triangle_material = {};  // one per triangle
+};
+
+struct Rain {
+  double drops_per_m3 = 0;       // of the one drop size that the atlas holds
+  double mean_radius_m = 1.6e-3;
+  double fall_speed_m_s = 8.49;
+  Eigen::Vector3d box_min_m = {-10, -10, 0};  // drops live in this box; a drop that leaves below
+  Eigen::Vector3d box_max_m = {10, 10, 12};   // re-enters above at another place
+  bool view_oriented = true;     // true: phi_drop relative to the view, as in 2006; false: in the world
+  std::uint64_t seed = 1;
+};
+
+struct Scene {
+  Camera camera = {};
+  std::vector<PointLight> lights = {};
+  EnvironmentLight environment = {};
+  std::string geometry_file = {};
+  Mesh mesh = {};
+  Rain rain = {};
+};
+
+// Throws std::runtime_error with FILE:LINE:COL for anything missing, unknown, out of range or not finite.
+Scene read_scene(const std::string& file);
+
+}  // namespace pluvia
