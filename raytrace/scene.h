@@ -52,7 +52,6 @@ struct Rain {
   double fall_speed_m_s = 8.49;
   Eigen::Vector3d box_min_m = {-10, -10, 0};  // drops live in this box; a drop that leaves below
   Eigen::Vector3d box_max_m = {10, 10, 12};   // re-enters above at another place
-  bool view_oriented = true;     // true: phi_drop relative to the view, as in 2006; false: in the world
   std::uint64_t seed = 1;
 };
 
