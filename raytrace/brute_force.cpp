@@ -1,0 +1,242 @@
+#include "raytrace/brute_force.h"
+
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <tbb/parallel_for.h>
+
+#include "raytrace/embree_drop.h"
+
+namespace pluvia {
+
+namespace {
+
+using Stokes = Eigen::Vector4d;  // I, Q, U, V; Q > 0 along the reference axis
+
+// Turns the reference axis of a Stokes vector from `from` to `to`, both perpendicular to `direction`.
+Stokes turn_reference(const Stokes& stokes, const Eigen::Vector3d& direction,
+                      const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const double c = from.dot(to), s = direction.cross(from).dot(to);
+  const double c2 = c * c - s * s, s2 = 2 * c * s;
+  return {stokes[0], c2 * stokes[1] + s2 * stokes[2], c2 * stokes[2] - s2 * stokes[1], stokes[3]};
+}
+
+// Light on its way: reference is the axis of its Stokes vector.
+struct Ray {
+  Eigen::Vector3d position, direction, reference;
+  Stokes stokes;
+  bool inside = false;
+  int order = 0;
+};
+
+// Mueller matrix in the s/p frame from power shares of s and p and the phase difference of p against s.
+Stokes apply_mueller(const Stokes& in, double s_share, double p_share, double cos_phase,
+                     double sin_phase) {
+  const double plus = 0.5 * (s_share + p_share), minus = 0.5 * (s_share - p_share);
+  const double cross = std::sqrt(s_share * p_share);
+  return {plus * in[0] + minus * in[1], minus * in[0] + plus * in[1],
+          cross * (cos_phase * in[2] + sin_phase * in[3]),
+          cross * (cos_phase * in[3] - sin_phase * in[2])};
+}
+
+struct Follower {
+  const DropInstant& drop;
+  const EmbreeDrop& embree;
+  const PathOptions& options;
+
+  // Calls escape(direction, power) for every ray that leaves.
+  template <typename Escape>
+  void follow(Ray ray, const Eigen::Vector3d& outward, const Escape& escape) const {
+    const double n1 = ray.inside ? options.refractive_index : 1;
+    const double n2 = ray.inside ? 1 : options.refractive_index;
+    const Eigen::Vector3d normal = ray.inside ? Eigen::Vector3d(-outward) : outward;
+    const double cos1 = -normal.dot(ray.direction);
+    if (cos1 <= 0) return;
+    Eigen::Vector3d s = ray.direction.cross(normal);
+    s = s.norm() > 1e-12 ? Eigen::Vector3d(s.normalized()) : ray.reference;
+    const Stokes in = turn_reference(ray.stokes, ray.direction, ray.reference, s);
+    const double sin2 = n1 / n2 * std::sqrt(std::max(0.0, 1 - cos1 * cos1));
+
+    Ray reflected = ray;
+    reflected.direction = (ray.direction + 2 * cos1 * normal).normalized();
+    reflected.reference = s;
+    if (sin2 >= 1) {
+      // tan(delta / 2) = cos1 sqrt(sin1^2 - (n2/n1)^2) / sin1^2, delta the phase of p minus that of s.
+      const double sin1_2 = 1 - cos1 * cos1;
+      const double half = std::atan(cos1 * std::sqrt(std::max(0.0, sin1_2 - n2 * n2 / (n1 * n1))) /
+                                    sin1_2);
+      reflected.stokes = apply_mueller(in, 1, 1, std::cos(2 * half), std::sin(2 * half));
+      next(reflected, escape);
+      return;
+    }
+    const double cos2 = std::sqrt(1 - sin2 * sin2);
+    const double rs = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
+    const double rp = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2);
+    reflected.stokes = apply_mueller(in, rs * rs, rp * rp, rs * rp < 0 ? -1 : 1, 0);
+    next(reflected, escape);
+
+    Ray refracted = ray;
+    refracted.inside = !ray.inside;
+    refracted.direction =
+        (n1 / n2 * ray.direction + (n1 / n2 * cos1 - cos2) * normal).normalized();
+    refracted.reference = s;
+    refracted.stokes = apply_mueller(in, 1 - rs * rs, 1 - rp * rp, 1, 0);
+    next(refracted, escape);
+  }
+
+  template <typename Escape>
+  void next(Ray ray, const Escape& escape) const {
+    if (ray.inside && ++ray.order > options.max_order) return;
+    if (ray.stokes[0] < options.min_power) return;
+    const auto hit = embree.intersect(drop, ray.position, ray.direction,
+                                      ray.inside ? RaySide::inside : RaySide::outside);
+    if (hit) {
+      ray.position = hit->position;
+      follow(ray, hit->normal, escape);
+    } else if (!ray.inside) {
+      escape(ray.direction, ray.stokes[0]);
+    }
+  }
+};
+
+// Sums of one replicate: planes of pixels (lights, environment, coverage).
+struct Replicate {
+  std::vector<double> pixels = {};
+  double rays = 0;
+};
+
+struct BruteJob {
+  const StreakRequest& request;
+  const BruteOptions& options;
+  const EmbreeDrop& embree;
+  double half_side_m = 0;
+  std::vector<Eigen::Vector3d> lights = {};
+
+  std::size_t plane_size() const {
+    return static_cast<std::size_t>(request.frame.width_px) *
+           static_cast<std::size_t>(request.frame.height_px);
+  }
+
+  Replicate run(int index) const {
+    std::mt19937_64 random(options.seed * 1000003 + static_cast<std::uint64_t>(index));
+    std::uniform_real_distribution<double> uniform(0, 1);
+    Replicate sums;
+    sums.pixels.assign(plane_size() * (lights.size() + 2), 0.0);
+    for (int k = 0; k < options.instants; ++k) {
+      const double share = (k + uniform(random)) / options.instants;
+      const double shift_x = uniform(random), shift_y = uniform(random);
+      trace_instant(share, shift_x, shift_y, sums);
+    }
+    return sums;
+  }
+
+  void trace_instant(double share, double shift_x, double shift_y, Replicate& sums) const {
+    const DropInstant drop = drop_at(request.drop, share * request.exposure_s);
+    const Follower follower{drop, embree, request.field.paths};
+    const View view = view_from_elevation(request.view_elevation_deg);
+    // Kronecker sequence of the plastic number (Roberts): low discrepancy in two dimensions.
+    constexpr double a1 = 0.7548776662466927, a2 = 0.5698402909980532;
+    for (int i = 0; i < options.rays_per_instant; ++i) {
+      const double sx = std::fmod(shift_x + a1 * i, 1.0), sy = std::fmod(shift_y + a2 * i, 1.0);
+      const double x = (2 * sx - 1) * half_side_m, y = (2 * sy - 1) * half_side_m;
+      trace_ray(follower, view, share, x, y, sums);
+    }
+  }
+
+  void trace_ray(const Follower& follower, const View& view, double share, double x, double y,
+                 Replicate& sums) const {
+    const StreakFrame& frame = request.frame;
+    const Eigen::Vector3d origin =
+        x * view.right + y * view.up + 4 * half_side_m * view.to_camera;
+    const auto hit = embree.intersect(follower.drop, origin, -view.to_camera, RaySide::outside);
+    if (!hit) return;
+    ++sums.rays;
+    const double column = frame.centre_column + x / frame.pixel_m;
+    const double row = frame.path_top_row + frame.path_rows * share - y / frame.pixel_m;
+    const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
+    if (c < 0 || c >= frame.width_px || r < 0 || r >= frame.height_px) return;
+    const std::size_t pixel = static_cast<std::size_t>(r) *
+                                  static_cast<std::size_t>(frame.width_px) +
+                              static_cast<std::size_t>(c);
+    const double weight = std::pow(2 * half_side_m / frame.pixel_m, 2) /
+                          (static_cast<double>(options.rays_per_instant) * options.instants);
+    const double cosine = std::cos(request.cone_half_angle_rad);
+    const double sine = std::sin(request.cone_half_angle_rad);
+    const double radiance = 1 / (std::numbers::pi * sine * sine);
+    double* env = sums.pixels.data() + lights.size() * plane_size();
+    env[plane_size() + pixel] += weight;
+    Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
+    follower.follow(ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
+      env[pixel] += weight * power;
+      for (std::size_t k = 0; k < lights.size(); ++k) {
+        if (lights[k].dot(direction) < cosine) continue;
+        sums.pixels[k * plane_size() + pixel] += weight * power * radiance;
+      }
+    });
+  }
+};
+
+Estimate estimate(const std::vector<double>& values) {
+  Estimate e;
+  const double n = static_cast<double>(values.size());
+  for (const double v : values) e.mean += v / n;
+  double square = 0;
+  for (const double v : values) square += (v - e.mean) * (v - e.mean);
+  e.standard_error = std::sqrt(square / (n * (n - 1)));
+  return e;
+}
+
+// One plane of all replicates: its picture, and the estimate of its sum.
+Estimate collect(const std::vector<Replicate>& replicates, std::size_t plane, std::size_t size,
+                 StreakImage& image) {
+  std::vector<double> fluxes(replicates.size(), 0.0), values(replicates.size());
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t r = 0; r < replicates.size(); ++r) {
+      values[r] = replicates[r].pixels[plane * size + i];
+      fluxes[r] += values[r];
+    }
+    const Estimate e = estimate(values);
+    image.mean.push_back(static_cast<float>(e.mean));
+    image.variance.push_back(static_cast<float>(e.standard_error * e.standard_error));
+  }
+  return estimate(fluxes);
+}
+
+}  // namespace
+
+BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
+                               const std::function<void(double)>& progress) {
+  double bound = 1;  // over all instants, relative to r0
+  for (int k = 0; k <= 64; ++k) {
+    const DropInstant drop = drop_at(request.drop, request.exposure_s * k / 64);
+    bound = std::max(bound, drop.bound_h * drop.surface.scale / request.drop.mean_radius_m +
+                                drop.origin_m.norm() / request.drop.mean_radius_m);
+  }
+  const double radius = 1.02 * bound * request.drop.mean_radius_m;
+  const EmbreeDrop embree(radius);
+  BruteJob job{request, options, embree, radius};
+  for (const LightDirection& l : request.lights) {
+    job.lights.push_back(light_direction(l.elevation_deg, l.azimuth_deg));
+  }
+  std::vector<Replicate> replicates(static_cast<std::size_t>(options.replicates));
+  std::atomic<int> done = 0;
+  tbb::parallel_for(0, options.replicates, [&](int r) {
+    replicates[static_cast<std::size_t>(r)] = job.run(r);
+    const int now = ++done;
+    if (progress) progress(static_cast<double>(now) / options.replicates);
+  });
+  BruteStreak streak;
+  const std::size_t size = job.plane_size();
+  for (std::size_t k = 0; k < request.lights.size(); ++k) {
+    streak.flux.push_back(collect(replicates, k, size, streak.light.emplace_back()));
+  }
+  streak.env_flux = collect(replicates, request.lights.size(), size, streak.env);
+  streak.coverage_flux = collect(replicates, request.lights.size() + 1, size, streak.coverage);
+  for (const Replicate& r : replicates) streak.rays += r.rays;
+  return streak;
+}
+
+}  // namespace pluvia

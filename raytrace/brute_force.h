@@ -1,0 +1,42 @@
+// The judge of the exit field: camera rays through the picture at random times, followed through the drop
+// and counted where they leave within a light's cone. Shares nothing with the field but the intersection
+// (and that through Embree): its own path follower, and polarisation as Stokes vectors with Mueller
+// matrices instead of fields.
+//
+// Each replicate is a randomly shifted low-discrepancy point set in (x, y, t); the spread of the replicates
+// gives an unbiased variance of their mean, per pixel and per light's flux.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "raytrace/streak_tracer.h"
+
+namespace pluvia {
+
+struct BruteOptions {
+  int replicates = 16;          // >= 2
+  int instants = 256;           // stratified times per replicate
+  int rays_per_instant = 2000;  // over the drop's bounding square
+  std::uint64_t seed = 7;
+};
+
+struct Estimate {
+  double mean = 0;
+  double standard_error = 0;
+};
+
+struct BruteStreak {
+  std::vector<StreakImage> light = {};  // as TracedStreak's, mean and variance of the mean
+  StreakImage env = {};
+  StreakImage coverage = {};
+  std::vector<Estimate> flux = {};      // per light: sum over all pixels
+  Estimate env_flux = {}, coverage_flux = {};
+  double rays = 0;                      // that met the drop
+};
+
+// The request's field options are used for their path options only. Same bytes for any thread count.
+BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
+                               const std::function<void(double)>& progress = {});
+
+}  // namespace pluvia

@@ -1,0 +1,192 @@
+#include "raytrace/embree_drop.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <embree3/rtcore.h>
+
+namespace pluvia {
+
+namespace {
+
+// One device for the process: starting one per drop would cost more than tracing it.
+RTCDevice shared_device() {
+  static const RTCDevice device = rtcNewDevice(nullptr);
+  if (!device) throw std::runtime_error("embree: no device; expected a working Embree 3 library");
+  return device;
+}
+
+// Carries the double-precision ray past Embree's single-precision one. The Embree part stands first, so
+// that the callback can get from its pointer to the whole.
+struct DropContext {
+  RTCIntersectContext embree;
+  const DropInstant* drop;
+  Eigen::Vector3d origin_m, direction;
+  RaySide side;
+  std::optional<DropHit> hit;
+};
+
+void drop_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto radius = *static_cast<const float*>(args->geometryUserPtr);
+  args->bounds_o->lower_x = args->bounds_o->lower_y = args->bounds_o->lower_z = -radius;
+  args->bounds_o->upper_x = args->bounds_o->upper_y = args->bounds_o->upper_z = radius;
+}
+
+void intersect_analytic_drop(const RTCIntersectFunctionNArguments* args) {
+  if (!args->valid[0]) return;
+  auto* context = reinterpret_cast<DropContext*>(args->context);
+  context->hit = intersect_drop(*context->drop, context->origin_m, context->direction,
+                                context->side);
+  if (!context->hit) return;
+  auto* rayhit = reinterpret_cast<RTCRayHit*>(args->rayhit);
+  rayhit->ray.tfar = static_cast<float>(context->hit->distance);
+  rayhit->hit.geomID = args->geomID;
+  rayhit->hit.primID = args->primID;
+}
+
+RTCRayHit make_rayhit(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction) {
+  RTCRayHit r = {};
+  r.ray.org_x = static_cast<float>(origin_m.x());
+  r.ray.org_y = static_cast<float>(origin_m.y());
+  r.ray.org_z = static_cast<float>(origin_m.z());
+  r.ray.dir_x = static_cast<float>(direction.x());
+  r.ray.dir_y = static_cast<float>(direction.y());
+  r.ray.dir_z = static_cast<float>(direction.z());
+  r.ray.tfar = std::numeric_limits<float>::infinity();
+  r.ray.mask = 0xffffffffu;
+  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  return r;
+}
+
+}  // namespace
+
+struct EmbreeDrop::State {
+  RTCScene scene = nullptr;
+  float radius = 0;
+};
+
+EmbreeDrop::EmbreeDrop(double bounding_radius_m) : state_(std::make_unique<State>()) {
+  const RTCDevice device = shared_device();
+  state_->radius = std::nextafter(static_cast<float>(bounding_radius_m) * 1.001f, 1e30f);
+  state_->scene = rtcNewScene(device);
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, 1);
+  rtcSetGeometryUserData(geometry, &state_->radius);
+  rtcSetGeometryBoundsFunction(geometry, drop_bounds, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, intersect_analytic_drop);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(state_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(state_->scene);
+}
+
+EmbreeDrop::~EmbreeDrop() { rtcReleaseScene(state_->scene); }
+
+std::optional<DropHit> EmbreeDrop::intersect(const DropInstant& drop,
+                                             const Eigen::Vector3d& origin_m,
+                                             const Eigen::Vector3d& direction,
+                                             RaySide side) const {
+  DropContext context = {};
+  rtcInitIntersectContext(&context.embree);
+  context.drop = &drop;
+  context.origin_m = origin_m;
+  context.direction = direction;
+  context.side = side;
+  RTCRayHit rayhit = make_rayhit(origin_m, direction);
+  rtcIntersect1(state_->scene, &context.embree, &rayhit);
+  return rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::nullopt : context.hit;
+}
+
+namespace {
+
+// A sphere's triangles by halving the edges of an octahedron; shared corners are shared.
+struct SphereMesh {
+  std::vector<Eigen::Vector3d> corners = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                          {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+  std::vector<std::array<unsigned, 3>> triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                                    {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+};
+
+SphereMesh subdivided_octahedron(int levels) {
+  SphereMesh mesh;
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<unsigned, unsigned>, unsigned> middles;
+    const auto middle = [&](unsigned a, unsigned b) {
+      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b),
+                                                   static_cast<unsigned>(mesh.corners.size()));
+      if (fresh) mesh.corners.push_back((mesh.corners[a] + mesh.corners[b]).normalized());
+      return at->second;
+    };
+    std::vector<std::array<unsigned, 3>> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const unsigned ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    mesh.triangles = std::move(finer);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+struct MeshDrop::State {
+  RTCScene scene = nullptr;
+  std::vector<std::array<unsigned, 3>> triangles = {};
+  std::vector<Eigen::Vector3d> normals = {};
+};
+
+MeshDrop::MeshDrop(const DropInstant& drop, int levels) : state_(std::make_unique<State>()) {
+  const RTCDevice device = shared_device();
+  const SphereMesh mesh = subdivided_octahedron(levels);
+  state_->triangles = mesh.triangles;
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* corners = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              3 * sizeof(float), mesh.corners.size()));
+  for (const Eigen::Vector3d& u : mesh.corners) {
+    const Eigen::Vector3d p = drop.origin_m + surface_radius_m(drop, u) * u;
+    for (int k = 0; k < 3; ++k) *corners++ = static_cast<float>(p[k]);
+    state_->normals.push_back(surface_normal(drop, u));
+  }
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(unsigned), mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    for (const unsigned corner : triangle) *indices++ = corner;
+  }
+  rtcCommitGeometry(geometry);
+  state_->scene = rtcNewScene(device);
+  rtcAttachGeometry(state_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(state_->scene);
+}
+
+MeshDrop::~MeshDrop() { rtcReleaseScene(state_->scene); }
+
+std::size_t MeshDrop::triangle_count() const { return state_->triangles.size(); }
+
+std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
+                                           const Eigen::Vector3d& direction) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit rayhit = make_rayhit(origin_m, direction);
+  rtcIntersect1(state_->scene, &context, &rayhit);
+  if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const auto& triangle = state_->triangles[rayhit.hit.primID];
+  const double u = rayhit.hit.u, v = rayhit.hit.v;
+  DropHit hit;
+  hit.distance = rayhit.ray.tfar;
+  hit.position = origin_m + hit.distance * direction;
+  hit.normal = ((1 - u - v) * state_->normals[triangle[0]] + u * state_->normals[triangle[1]] +
+                v * state_->normals[triangle[2]])
+                   .normalized();
+  return hit;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,105 @@
+#include "raytrace/exit_paths.h"
+
+#include <cassert>
+
+#include "raytrace/drop_intersect.h"
+#include "raytrace/optics.h"
+
+namespace pluvia {
+
+namespace {
+
+// Two different choices lead to different 64-bit numbers (multiplication by an odd constant is a
+// bijection), and equal sequences to equal ones.
+std::uint64_t extend(std::uint64_t signature, bool transmitted) {
+  return signature * 0x9E3779B97F4A7C15u + (transmitted ? 0xD1B54A32D192ED03u : 1u);
+}
+
+// A beam that has just left an interface.
+struct Walker {
+  Beam beam = {};
+  Eigen::Vector3d position = {0, 0, 0};
+  std::uint64_t signature = 1;
+  int order = 0;
+  RaySide side = RaySide::outside;
+};
+
+struct Tracer {
+  const DropInstant& drop;
+  const PathOptions& options;
+  std::vector<PathExit>& exits;
+  PathRemainder remainder = {};
+  std::vector<Walker> open = {};
+
+  void push(const Walker& from, const Beam& beam, bool transmitted) {
+    Walker next = from;
+    next.beam = beam;
+    next.signature = extend(from.signature, transmitted);
+    if (transmitted) {
+      next.side = from.side == RaySide::outside ? RaySide::inside : RaySide::outside;
+    }
+    if (next.side == RaySide::inside) ++next.order;
+    const double share = power(beam);
+    if (next.order > options.max_order) {
+      remainder.beyond_order += share;
+    } else if (share < options.min_power) {
+      remainder.given_up += share;
+    } else {
+      open.push_back(next);
+    }
+  }
+
+  // Splits `walker` at an interface; the outward normal is turned against the beam.
+  void meet(Walker walker, const Eigen::Vector3d& position, const Eigen::Vector3d& outward) {
+    const bool outside = walker.side == RaySide::outside;
+    Eigen::Vector3d normal = outside ? outward : Eigen::Vector3d(-outward);
+    if (normal.dot(walker.beam.direction) >= 0) {
+      remainder.lost += power(walker.beam);  // a tangent touch, to rounding
+      return;
+    }
+    const double ratio = outside ? 1 / options.refractive_index : options.refractive_index;
+    const Split split = split_at_interface(walker.beam, normal, ratio);
+    walker.position = position;
+    push(walker, split.reflected, false);
+    if (!split.totally_reflected) {
+      push(walker, split.refracted, true);
+    } else if (!outside) {
+      exits.push_back(
+          {extend(walker.signature, true), walker.order, split.refracted.direction, 0.0});
+    }
+  }
+
+  void advance(const Walker& walker) {
+    const auto hit = intersect_drop(drop, walker.position, walker.beam.direction, walker.side);
+    if (hit) {
+      if (walker.side == RaySide::outside) {
+        exits.push_back({walker.signature, walker.order, walker.beam.direction, 0.0});
+      }
+      meet(walker, hit->position, hit->normal);
+    } else if (walker.side == RaySide::outside) {
+      exits.push_back(
+          {walker.signature, walker.order, walker.beam.direction, power(walker.beam)});
+    } else {
+      remainder.lost += power(walker.beam);
+    }
+  }
+};
+
+}  // namespace
+
+PathRemainder trace_exits(const DropInstant& drop, const Eigen::Vector3d& position_m,
+                          const Eigen::Vector3d& normal, const Eigen::Vector3d& to_camera,
+                          const PathOptions& options, std::vector<PathExit>& exits) {
+  Tracer tracer{drop, options, exits};
+  Walker camera;
+  camera.beam = unpolarised_beam(-to_camera);
+  tracer.meet(camera, position_m, normal);
+  while (!tracer.open.empty()) {
+    const Walker walker = tracer.open.back();
+    tracer.open.pop_back();
+    tracer.advance(walker);
+  }
+  return tracer.remainder;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,49 @@
+// All ways in which light can leave the drop toward the camera through one point of its surface, followed
+// backward: the camera's ray meets the surface there, splits at every interface, and each ray that escapes
+// is a direction from which light would reach the camera, with the share of power that arrives.
+//
+// Order p = number of segments inside the drop (0 reflection, 1 refraction, 2 one internal reflection ..).
+// A ray that leaves a concave drop and meets it again goes on splitting. Paths are told apart by their
+// signature: a hash of the choices (reflected, transmitted) at the interfaces met.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "oscillation/drop_shape.h"
+
+namespace pluvia {
+
+struct PathOptions {
+  double refractive_index = 1.333;  // water over air, >= 1
+  int max_order = 3;                // orders 0 .. max_order
+  double min_power = 1e-7;          // a beam below this share of the power is given up, and counted
+};
+
+// An exit of throughput 0 carries no light; it continues a path's map beyond the place where the path
+// breaks off: total reflection (the direction is the tangent to which refracted rays tend) or a second
+// meeting with the drop (the direction of the ray that meets it).
+struct PathExit {
+  std::uint64_t signature = 1;
+  int order = 0;
+  Eigen::Vector3d direction = {0, 0, 1};  // unit, from the drop toward the light
+  double throughput = 0;                  // share of power for unpolarised light, 0 .. 1
+};
+
+// What did not escape within the options: the sum of all throughputs, of given_up and of beyond_order is
+// 1 up to rounding. lost counts power of rays that grazed their own starting point (normally 0).
+struct PathRemainder {
+  double beyond_order = 0;
+  double given_up = 0;
+  double lost = 0;
+};
+
+// Appends the exits of one camera ray that meets the drop at `position` with outward `normal` (both
+// relative to the drop's origin; normal . to_camera > 0) in a fixed order.
+PathRemainder trace_exits(const DropInstant& drop, const Eigen::Vector3d& position_m,
+                          const Eigen::Vector3d& normal, const Eigen::Vector3d& to_camera,
+                          const PathOptions& options, std::vector<PathExit>& exits);
+
+}  // namespace pluvia
