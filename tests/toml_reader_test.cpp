@@ -1,5 +1,7 @@
 #include "raytrace/toml_reader.h"
 
+#include <cmath>
+
 #include "tests/scene_files.h"
 
 namespace pluvia {
@@ -97,6 +99,18 @@ TEST(TomlReader, ValuesThatTomlCanSayButNoNumberIsAreRefused) {
                   .find("street.toml:2:1: camera.exposure_s = "),
               std::string::npos)
         << value;
+}
+
+TEST(TomlReader, ANumberWithoutBoundsIsStillFinite) {
+  for (const char* value : {"nan", "inf", "-inf"}) {
+    const std::string file = scratch_file("free.toml", fmt::format("a = {}\n", value));
+    const toml::table table = read_toml(file);
+    TomlReader reader(table, file, "");
+    double a = 0;
+    const Range anything = {-HUGE_VAL, HUGE_VAL};
+    EXPECT_EQ(message_of([&] { reader.required("a", a, anything); }),
+              fmt::format("{}:1:1: a = {}; expected a finite number", file, value));
+  }
 }
 
 TEST(TomlReader, ARealNumberIsNoIntegerAndALongOneDoesNotWrapAround) {
