@@ -1,6 +1,7 @@
-// A scene: what a frame shows, free of any renderer. Read from TOML (raytrace/toml_reader.h), geometry
-// from glTF 2.0 through tinygltf. World axes: x east, y north, z up, metres; glTF's y-up is turned.
-// Radiance is linear Rec.709 in cd/m^2; a lamp of intensity I [cd] at distance r gives I / r^2 lux.
+// A scene: what a frame shows, free of any renderer. Read from TOML (raytrace/toml_reader.h),
+// geometry from glTF 2.0 through tinygltf. World axes: x east, y north, z up, metres; glTF's y-up
+// is turned. Radiance is linear Rec.709 in cd/m^2; a lamp of I [cd] at distance r gives I / r^2
+// lux.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,23 @@ struct Camera {
   int width_px = 640;
   int height_px = 360;
   double exposure_s = 1.0 / 60;
-  double white_cd_m2 = 1;        // the radiance that a PNG shows as white
+  double white_cd_m2 = 1;  // the radiance that a PNG shows as white
 };
+
+// The camera's axes (unit, right-handed: right x up = -forward) and its focal length f in pixels. A
+// point at c from the camera is seen at
+//   (width / 2 + f c.right / c.forward, height / 2 - f c.up / c.forward):
+// x right, y down, pixel (i, j) covers [i, i+1] x [j, j+1].
+struct CameraFrame {
+  Eigen::Vector3d right = {1, 0, 0};
+  Eigen::Vector3d up = {0, 0, 1};
+  Eigen::Vector3d forward = {0, 1, 0};
+  double focal_px = 1;
+};
+
+// z is up in the picture; for a view within 1e-6 of vertical, north (y) is, looking down, and
+// south, looking up: what a camera shows that was tilted there from a view to the north.
+CameraFrame camera_frame(const Camera& camera);
 
 struct PointLight {
   std::string name = {};
@@ -27,9 +43,9 @@ struct PointLight {
   Eigen::Vector3d intensity_cd = {0, 0, 0};  // per Rec.709 channel
 };
 
-struct EnvironmentLight {        // both given: an error; neither: black
-  std::string map_file = {};     // lat-long (atlas/image_io.h), absolute after reading
-  double scale_cd_m2 = 1;        // multiplies the map
+struct EnvironmentLight {     // both given: an error; neither: black
+  std::string map_file = {};  // lat-long (atlas/image_io.h), absolute after reading
+  double scale_cd_m2 = 1;     // multiplies the map
   Eigen::Vector3d uniform_cd_m2 = {0, 0, 0};
 };
 
@@ -38,20 +54,20 @@ struct Material {
   Eigen::Vector3d emission_cd_m2 = {0, 0, 0};
 };
 
-struct Mesh {                    // triangles in world coordinates, counter-clockwise from outside
+struct Mesh {  // triangles in world coordinates, counter-clockwise from outside
   std::vector<Eigen::Vector3f> positions_m = {};
-  std::vector<Eigen::Vector3f> normals = {};     // unit, one per position
-  std::vector<std::uint32_t> indices = {};       // 3 per triangle
+  std::vector<Eigen::Vector3f> normals = {};  // unit, one per position
+  std::vector<std::uint32_t> indices = {};    // 3 per triangle
   std::vector<Material> materials = {};
   std::vector<std::uint32_t> triangle_material = {};  // one per triangle
 };
 
 struct Rain {
-  double drops_per_m3 = 0;       // of the one drop size that the atlas holds
+  double drops_per_m3 = 0;  // of the one drop size that the atlas holds
   double mean_radius_m = 1.6e-3;
   double fall_speed_m_s = 8.49;
   Eigen::Vector3d box_min_m = {-10, -10, 0};  // drops live in this box; a drop that leaves below
-  Eigen::Vector3d box_max_m = {10, 10, 12};   // re-enters above at another place
+  Eigen::Vector3d box_max_m = {10, 10, 12};   // re-enters above at another place; each side >= 1 mm
   std::uint64_t seed = 1;
 };
 
@@ -59,12 +75,21 @@ struct Scene {
   Camera camera = {};
   std::vector<PointLight> lights = {};
   EnvironmentLight environment = {};
-  std::string geometry_file = {};
+  std::string geometry_file = {};  // absolute after reading; empty: no surface
   Mesh mesh = {};
   Rain rain = {};
 };
 
-// Throws std::runtime_error with FILE:LINE:COL for anything missing, unknown, out of range or not finite.
+// The file's tables and their keys (r: required):
+//   [camera]       position_m r, target_m r, vertical_fov_deg, width_px, height_px, exposure_s,
+//                  white_cd_m2
+//   [[light]]      name, position_m r, intensity_cd r
+//   [environment]  map and scale_cd_m2, or uniform_cd_m2
+//   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
+//   [rain]         drops_per_m3 r, mean_radius_m, fall_speed_m_s, box_min_m, box_max_m, seed
+// [camera] is required; without the others a scene has no light, no surface, no rain. Paths are
+// relative to the file; those of the result are absolute. Throws std::runtime_error with
+// FILE:LINE:COL for anything missing, unknown, out of range or not finite.
 Scene read_scene(const std::string& file);
 
 }  // namespace pluvia

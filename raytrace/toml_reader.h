@@ -1,18 +1,20 @@
-// Reading human-written TOML strictly: a missing key, a wrong type, a value out of range or a key that
-// nobody asked for throws std::runtime_error
+// Reading human-written TOML strictly: a missing key, a wrong type, a value out of range or a key
+// that nobody asked for throws std::runtime_error
 //   FILE:LINE:COL: what was found; what is expected
-// (an unknown key also names the nearest known one).
+// (an unknown key also names the nearest known one). nan and inf, which TOML can say, are refused.
+// An integer is accepted where a real number is wanted, never the other way round.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
 #include <toml++/toml.h>
+#include <Eigen/Core>
 
 namespace pluvia {
 
-// Parses the file; syntax errors carry FILE:LINE:COL too. Throws as above when it cannot be read.
+// Parses the file; syntax errors and keys given twice carry FILE:LINE:COL too. Throws
+// "FILE: cannot read: REASON; expected a readable TOML file" when it cannot be read.
 toml::table read_toml(const std::string& file);
 
 struct Range {
@@ -22,9 +24,10 @@ struct Range {
 };
 
 // One table of the file. Each get_ call marks its key as known; finish() refuses whatever is left.
-// The optional forms leave `value` alone when the key is absent.
+// The optional forms leave `value` alone when the key is absent. The table must outlive the reader.
 class TomlReader {
  public:
+  // name: how messages call the table, "" for the whole file.
   TomlReader(const toml::table& table, std::string file, std::string name);
 
   void required(const char* key, double& value, const Range& range, const char* unit = "");
@@ -38,19 +41,31 @@ class TomlReader {
   void required(const char* key, Eigen::Vector3d& value, const Range& range = {});
   void optional(const char* key, Eigen::Vector3d& value, const Range& range = {});
   void optional(const char* key, std::vector<int>& value, int low, int high);
-  bool has(const char* key) const;
+  bool has(const char* key);                        // marks the key as known, too
   TomlReader table(const char* key);                // required sub-table
   std::vector<TomlReader> tables(const char* key);  // array of tables; absent: empty
 
-  // Throws for the first key that no call above asked for.
+  // Throws for the first key in the file that no call above asked for.
   void finish() const;
 
-  // Throws "FILE:LINE:COL: MESSAGE" at the key's place (the table's own place when the key is absent).
+  // Throws "FILE:LINE:COL: MESSAGE" at the key's place (the table's own place when the key is
+  // absent).
   [[noreturn]] void refuse(const char* key, const std::string& message) const;
 
   const std::string& file() const { return file_; }
 
  private:
+  const toml::node* find(const char* key);
+  const toml::node& find_required(const char* key, const std::string& expected);
+  [[noreturn]] void refuse_value(const char* key, const std::string& found,
+                                 const std::string& expected) const;
+  double number(const char* key, const toml::node& node, const Range& range,
+                const std::string& expected, const std::string& suffix = "") const;
+  int integer(const char* key, const toml::node& node, int low, int high,
+              const std::string& suffix = "") const;
+  Eigen::Vector3d vector(const char* key, const toml::node& node, const Range& range) const;
+  std::string full_name(const std::string& key) const;
+
   const toml::table* table_;
   std::string file_;
   std::string name_;

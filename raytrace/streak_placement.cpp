@@ -1,0 +1,119 @@
+#include "raytrace/streak_placement.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+namespace pluvia {
+namespace {
+
+constexpr double nearest_depth_m = 0.1;
+constexpr double degrees = 180 / std::numbers::pi;
+
+// A point or a vector in the camera's axes: right, up, forward.
+Eigen::Vector3d in_camera(const CameraFrame& frame, const Eigen::Vector3d& v) {
+  return {v.dot(frame.right), v.dot(frame.up), v.dot(frame.forward)};
+}
+
+struct Projection {
+  Eigen::Vector2d centre_px;
+  double focal_px;
+};
+
+Eigen::Vector2d project(const Projection& view, const Eigen::Vector3d& p) {
+  return view.centre_px + view.focal_px / p.z() * Eigen::Vector2d(p.x(), -p.y());
+}
+
+// How fast the projection of p moves when p moves by w.
+Eigen::Vector2d derivative(const Projection& view, const Eigen::Vector3d& p,
+                           const Eigen::Vector3d& w) {
+  const Eigen::Vector2d moved(w.x() - p.x() / p.z() * w.z(), -(w.y() - p.y() / p.z() * w.z()));
+  return view.focal_px / p.z() * moved;
+}
+
+struct DropFrame {  // x toward the camera, y image right, z against the fall
+  Eigen::Vector3d x, y, z;
+  double sin_view, cos_view;  // of the view elevation
+};
+
+DropFrame drop_frame(const CameraFrame& camera, const Eigen::Vector3d& velocity,
+                     const Eigen::Vector3d& toward_camera) {
+  DropFrame frame;
+  frame.z = -velocity.normalized();
+  const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return v - v.dot(frame.z) * frame.z;
+  };
+  Eigen::Vector3d x = across(toward_camera);
+  frame.sin_view = toward_camera.dot(frame.z);
+  frame.cos_view = x.norm();
+  if (x.norm() < 1e-6) x = across(-camera.forward);
+  if (x.norm() < 1e-6) x = across(camera.forward.dot(frame.z) > 0 ? camera.up : -camera.up);
+  frame.x = x.normalized();
+  frame.y = frame.z.cross(frame.x);
+  return frame;
+}
+
+LitStreak lit_streak(const PointLight& light, const DropFrame& frame, const Eigen::Vector3d& middle,
+                     double r0_m) {
+  const Eigen::Vector3d to_light = light.position_m - middle;
+  const double distance_m = to_light.norm();
+  if (!(distance_m > r0_m))
+    throw std::runtime_error(
+        fmt::format("light \"{}\" is {} m from the middle of a drop's path; expected more than the "
+                    "drop's radius, {} m",
+                    light.name, distance_m, r0_m));
+  const Eigen::Vector3d direction = to_light / distance_m;
+  const double x = direction.dot(frame.x), y = direction.dot(frame.y), z = direction.dot(frame.z);
+  return {.light_elevation_deg = std::atan2(z, std::hypot(x, y)) * degrees,
+          .light_azimuth_deg = std::atan2(y, x) * degrees,
+          .irradiance_lux = light.intensity_cd / (distance_m * distance_m)};
+}
+
+}  // namespace
+
+std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop,
+                                            const StreakGeometry& geometry) {
+  const CameraFrame camera = camera_frame(scene.camera);
+  const Projection view = {{scene.camera.width_px / 2.0, scene.camera.height_px / 2.0},
+                           camera.focal_px};
+  const Eigen::Vector3d path = drop.velocity_m_s * geometry.exposure_s;
+  const Eigen::Vector3d middle = drop.centre_m + path / 2;
+  const Eigen::Vector3d p0 = in_camera(camera, drop.centre_m - scene.camera.position_m);
+  const Eigen::Vector3d p1 = p0 + in_camera(camera, path);
+  const Eigen::Vector3d m = (p0 + p1) / 2;
+  if (!(drop.hit_time_s > 0) || p0.z() < nearest_depth_m || p1.z() < nearest_depth_m) return {};
+
+  const Eigen::Vector3d toward_camera = (scene.camera.position_m - middle).normalized();
+  const DropFrame frame = drop_frame(camera, drop.velocity_m_s, toward_camera);
+  const Eigen::Vector3d up = frame.cos_view * frame.z - frame.sin_view * frame.x;
+  const double pixel_m = geometry.pixel_m, top_row = geometry.path_top_row;
+  StreakPlacement placed;
+  placed.path_rows = path.norm() * frame.cos_view / pixel_m;
+  if (placed.path_rows >= 1)
+    placed.row_px = (project(view, p1) - project(view, p0)) / placed.path_rows;
+  else
+    placed.row_px = derivative(view, m, in_camera(camera, -pixel_m * up));
+  placed.column_px = derivative(view, m, in_camera(camera, pixel_m * frame.y));
+  placed.origin_px =
+      project(view, p0) - top_row * placed.row_px - geometry.cell_width_px / 2 * placed.column_px;
+  placed.clip_row = std::numeric_limits<double>::infinity();
+  if (drop.hit_time_s < geometry.exposure_s)
+    placed.clip_row = top_row + placed.path_rows * (drop.hit_time_s / geometry.exposure_s);
+  placed.depth_m = m.z();
+  placed.view_elevation_deg = std::atan2(frame.sin_view, frame.cos_view) * degrees;
+  for (const PointLight& light : scene.lights)
+    placed.lights.push_back(lit_streak(light, frame, middle, drop.r0_m));
+  return placed;
+}
+
+double cell_row(double row, double path_top_row, double path_rows, double cell_path_rows) {
+  if (row <= path_top_row) return row;
+  if (row >= path_top_row + path_rows) return row - path_rows + cell_path_rows;
+  return path_top_row + (row - path_top_row) / path_rows * cell_path_rows;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,100 @@
+#include "raytrace/top_height.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <Eigen/Core>
+
+namespace pluvia {
+namespace {
+
+constexpr float no_surface_m = -1e30f;
+constexpr double max_texels = 1 << 26;
+
+// Twice the signed area of (a, b, p) seen from above. The ends are put in one order first, so that
+// the two triangles of a shared edge get the same number with opposite signs and leave no gap.
+double edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double x, double y) {
+  const bool swap = b.x() < a.x() || (b.x() == a.x() && b.y() < a.y());
+  const Eigen::Vector3d& p = swap ? b : a;
+  const Eigen::Vector3d& q = swap ? a : b;
+  const double area = (q.x() - p.x()) * (y - p.y()) - (q.y() - p.y()) * (x - p.x());
+  return swap ? -area : area;
+}
+
+struct Span {  // texels first .. last
+  int first, last;
+};
+
+Span texels_over(double low, double high, double origin, double texel_m, int count) {
+  // One texel more on each side than rounding could lose; the edge tests decide.
+  const double first = std::floor((low - origin) / texel_m) - 1;
+  const double last = std::ceil((high - origin) / texel_m) + 1;
+  return {static_cast<int>(std::clamp<double>(first, 0, count)),
+          static_cast<int>(std::clamp<double>(last, -1, count - 1))};
+}
+
+void rasterise(TopHeight& top, const Eigen::Vector3d corner[3]) {
+  const Eigen::Vector3d &a = corner[0], &b = corner[1], &c = corner[2];
+  const double area = edge(a, b, c.x(), c.y());
+  if (area == 0) return;
+  const auto [low_x, high_x] = std::minmax({a.x(), b.x(), c.x()});
+  const auto [low_y, high_y] = std::minmax({a.y(), b.y(), c.y()});
+  const Span columns = texels_over(low_x, high_x, top.min_x_m, top.texel_m, top.width);
+  const Span rows = texels_over(low_y, high_y, top.min_y_m, top.texel_m, top.height);
+  for (int j = rows.first; j <= rows.last; ++j) {
+    for (int i = columns.first; i <= columns.last; ++i) {
+      const double x = top.min_x_m + (i + 0.5) * top.texel_m;
+      const double y = top.min_y_m + (j + 0.5) * top.texel_m;
+      const double wa = edge(b, c, x, y) / area;
+      const double wb = edge(c, a, x, y) / area;
+      const double wc = edge(a, b, x, y) / area;
+      if (wa < 0 || wb < 0 || wc < 0) continue;
+      const double z = (wa * a.z() + wb * b.z() + wc * c.z()) / (wa + wb + wc);
+      float& highest = top.z_m[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+                               static_cast<std::size_t>(i)];
+      highest = std::max(highest, static_cast<float>(z));
+    }
+  }
+}
+
+}  // namespace
+
+TopHeight top_height(const Mesh& mesh, const Rain& rain, double texel_m) {
+  assert(texel_m > 0);
+  const Eigen::Vector3d size = rain.box_max_m - rain.box_min_m;
+  const double width = std::ceil(size.x() / texel_m), height = std::ceil(size.y() / texel_m);
+  if (!(width * height <= max_texels))
+    throw std::runtime_error(fmt::format(
+        "top height of the rain's box: {:.0f} x {:.0f} texels of {} m; expected at most "
+        "{:.0f} in all",
+        width, height, texel_m, max_texels));
+  TopHeight top;
+  top.min_x_m = rain.box_min_m.x();
+  top.min_y_m = rain.box_min_m.y();
+  top.texel_m = texel_m;
+  top.width = static_cast<int>(width);
+  top.height = static_cast<int>(height);
+  top.z_m.assign(static_cast<std::size_t>(width * height), no_surface_m);
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    Eigen::Vector3d corner[3];
+    for (std::size_t i = 0; i < 3; ++i)
+      corner[i] = mesh.positions_m[mesh.indices[t + i]].cast<double>();
+    rasterise(top, corner);
+  }
+  return top;
+}
+
+double height_at(const TopHeight& top, double x_m, double y_m) {
+  const double i = std::floor((x_m - top.min_x_m) / top.texel_m);
+  const double j = std::floor((y_m - top.min_y_m) / top.texel_m);
+  if (!(i >= 0 && i < top.width && j >= 0 && j < top.height))
+    return static_cast<double>(no_surface_m);
+  return static_cast<double>(
+      top.z_m[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+              static_cast<std::size_t>(i)]);
+}
+
+}  // namespace pluvia
