@@ -1,0 +1,31 @@
+// The database from a preset, shard by shard: what is finished is kept, whatever happens in between.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "raytrace/preset.h"
+
+namespace pluvia {
+
+// Called with what is being done and the share of the whole, 0 .. 1, from one thread at a time.
+using Progress = std::function<void(const std::string& what, double share)>;
+
+struct GenerateSummary {
+  int traced = 0;   // shards
+  int found = 0;    // .. that were there already
+  double cpu_s = 0;
+};
+
+// Writes FOLDER/shards/*.exr, FOLDER/manifest.json and FOLDER/cost.json (atlas/streak_database.h). The
+// manifest, with all parameters and no shard yet, is written first and after every shard, so that a
+// killed run resumes: a whole shard in the folder was made with the manifest's parameters. Final bytes of
+// shards and manifest do not depend on interruptions or on threads.
+// Throws std::runtime_error when the folder holds a database of other parameters, or cannot be written.
+GenerateSummary generate_database(const Preset& preset, const std::string& folder,
+                                  const Progress& progress = {});
+
+// "x86-64" and the flavour of the C library's sine, which decide the last bits.
+std::string instruction_set();
+
+}  // namespace pluvia

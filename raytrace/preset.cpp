@@ -1,0 +1,200 @@
+#include "raytrace/preset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "raytrace/toml_reader.h"
+
+namespace pluvia {
+
+namespace {
+
+constexpr double drop_radius_px_of_16 = 5.6;
+constexpr double path_top_px_of_16 = 9;
+
+std::vector<OscillationSet> read_sets(const std::string& file) {
+  const toml::table document = read_toml(file);
+  TomlReader top(document, file, "");
+  std::vector<OscillationSet> sets;
+  for (TomlReader& table : top.tables("set")) {
+    OscillationSet set;
+    table.required("index", set.index, 0, 99);
+    table.required("A20", set.a20, {-1, 1});
+    table.required("A31", set.a31, {-1, 1});
+    table.required("phi_drop_deg", set.phi_drop_deg, {-360, 360}, "deg");
+    table.finish();
+    for (const OscillationSet& other : sets) {
+      if (other.index == set.index) {
+        table.refuse("index", fmt::format("index = {} again; expected each index once", set.index));
+      }
+    }
+    sets.push_back(set);
+  }
+  top.finish();
+  if (sets.empty()) {
+    throw std::runtime_error(file + ":1:1: no [[set]]; expected at least one oscillation set");
+  }
+  return sets;
+}
+
+void read_accuracy(TomlReader accuracy, Preset& preset) {
+  accuracy.required("slices", preset.slices, 1, 1000000);
+  accuracy.required("base_cells", preset.field.base_cells, 4, 256);
+  accuracy.required("bend_depth", preset.field.bend_depth, 0, 6);
+  accuracy.required("break_depth", preset.field.break_depth, 0, 6);
+  accuracy.required("silhouette_depth", preset.field.silhouette_depth, 0, 6);
+  accuracy.required("bend_tolerance", preset.field.bend_tolerance, {0, 10, true});
+  accuracy.finish();
+}
+
+void read_drop(TomlReader drop, Preset& preset) {
+  drop.required("mean_radius_m", preset.mean_radius_m, {1e-5, 1e-2}, "m");
+  drop.required("density_kg_m3", preset.density_kg_m3, {1, 1e5}, "kg/m^3");
+  drop.required("surface_tension_n_m", preset.surface_tension_n_m, {0, 10, true}, "N/m");
+  drop.required("refractive_index", preset.field.paths.refractive_index, {1, 4});
+  drop.finish();
+}
+
+void read_picture(TomlReader picture, Preset& preset) {
+  picture.required("width_px", preset.width_px, 4, 64);
+  if ((preset.width_px & (preset.width_px - 1)) != 0) {
+    picture.refuse("width_px",
+                   fmt::format("width_px = {}; expected a power of two", preset.width_px));
+  }
+  picture.optional("view_elevations_deg", preset.view_elevations_deg, 0, 80);
+  picture.optional("oscillations", preset.oscillations, 0, 99);
+  picture.finish();
+  for (const char* key : {"view_elevations_deg", "oscillations"}) {
+    const auto& list = key[0] == 'v' ? preset.view_elevations_deg : preset.oscillations;
+    if (list.empty()) picture.refuse(key, fmt::format("{} is empty; expected some", key));
+  }
+  for (const int index : preset.oscillations) {
+    if (std::none_of(preset.sets.begin(), preset.sets.end(),
+                     [&](const OscillationSet& set) { return set.index == index; })) {
+      picture.refuse("oscillations",
+                     fmt::format("oscillation {}; expected one of the oscillation file's", index));
+    }
+  }
+}
+
+DropShape drop_of_set(const Preset& preset, int oscillation) {
+  const auto set = std::find_if(preset.sets.begin(), preset.sets.end(),
+                                [&](const OscillationSet& s) { return s.index == oscillation; });
+  if (set == preset.sets.end()) {
+    throw std::invalid_argument(fmt::format("oscillation {}; expected one of the sets of preset {}",
+                                            oscillation, preset.name));
+  }
+  DropShape drop;
+  drop.mean_radius_m = preset.mean_radius_m;
+  drop.density_kg_m3 = preset.density_kg_m3;
+  drop.surface_tension_n_m = preset.surface_tension_n_m;
+  drop.phi_drop_rad = set->phi_drop_deg * std::numbers::pi / 180;
+  if (set->a20 != 0) drop.modes.push_back({.n = 2, .m = 0, .amplitude = set->a20});
+  if (set->a31 != 0) drop.modes.push_back({.n = 3, .m = 1, .amplitude = set->a31});
+  return drop;
+}
+
+double height_of_16(int view_elevation_deg) {
+  switch (view_elevation_deg) {
+    case 0: return 525;
+    case 20: return 494;
+    case 40: return 405;
+    case 60: return 272;
+    case 80: return 108;
+    default: return 507 * std::cos(view_elevation_deg * std::numbers::pi / 180) + 18;
+  }
+}
+
+}  // namespace
+
+Preset read_preset(const std::string& file) {
+  const toml::table document = read_toml(file);
+  TomlReader top(document, file, "");
+  Preset preset;
+  std::string oscillation_file;
+  top.required("preset", preset.name);
+  if (preset.name != "gn2006") {
+    top.refuse("preset", fmt::format("preset = \"{}\"; expected \"gn2006\"", preset.name));
+  }
+  top.required("oscillation_file", oscillation_file);
+  top.optional("seed", preset.seed);
+  preset.sets = read_sets(path_beside(file, oscillation_file));
+  read_drop(top.table("drop"), preset);
+  TomlReader exposure = top.table("exposure");
+  exposure.required("exposure_s", preset.exposure_s, {0, 1, true}, "s");
+  exposure.required("fall_speed_m_s", preset.fall_speed_m_s, {0, 20, true}, "m/s");
+  exposure.finish();
+  TomlReader light = top.table("light");
+  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
+  light.required("max_order", preset.field.paths.max_order, 0, 20);
+  light.finish();
+  read_picture(top.table("picture"), preset);
+  read_accuracy(top.table("accuracy"), preset);
+  top.finish();
+  return preset;
+}
+
+std::string preset_parameters(const Preset& preset) {
+  nlohmann::json sets = nlohmann::json::array();
+  for (const OscillationSet& set : preset.sets) {
+    sets.push_back({{"index", set.index},
+                    {"A20", set.a20},
+                    {"A31", set.a31},
+                    {"phi_drop_deg", set.phi_drop_deg}});
+  }
+  const nlohmann::json parameters = {
+      {"oscillation_sets", sets},
+      {"mean_radius_m", preset.mean_radius_m},
+      {"density_kg_m3", preset.density_kg_m3},
+      {"surface_tension_n_m", preset.surface_tension_n_m},
+      {"refractive_index", preset.field.paths.refractive_index},
+      {"max_order", preset.field.paths.max_order},
+      {"min_power", preset.field.paths.min_power},
+      {"exposure_s", preset.exposure_s},
+      {"fall_speed_m_s", preset.fall_speed_m_s},
+      {"cone_half_angle_deg", preset.cone_half_angle_deg},
+      {"width_px", preset.width_px},
+      {"slices", preset.slices},
+      {"base_cells", preset.field.base_cells},
+      {"bend_depth", preset.field.bend_depth},
+      {"break_depth", preset.field.break_depth},
+      {"silhouette_depth", preset.field.silhouette_depth},
+      {"bend_tolerance", preset.field.bend_tolerance}};
+  return parameters.dump();
+}
+
+StreakFrame gn2006_frame(const Preset& preset, int view_elevation_deg) {
+  const double scale = preset.width_px / 16.0;
+  StreakFrame frame;
+  frame.width_px = preset.width_px;
+  frame.height_px = static_cast<int>(std::ceil(height_of_16(view_elevation_deg) * scale - 1e-9));
+  frame.pixel_m = preset.mean_radius_m / (drop_radius_px_of_16 * scale);
+  frame.centre_column = preset.width_px / 2.0;
+  frame.path_top_row = path_top_px_of_16 * scale;
+  frame.path_rows = preset.fall_speed_m_s * preset.exposure_s *
+                    std::cos(view_elevation_deg * std::numbers::pi / 180) / frame.pixel_m;
+  return frame;
+}
+
+StreakRequest shard_request(const Preset& preset, const ShardKey& key) {
+  StreakRequest request;
+  request.drop = drop_of_set(preset, key.oscillation);
+  request.view_elevation_deg = key.view_elevation_deg;
+  request.lights = gn2006_light_directions();
+  request.cone_half_angle_rad = preset.cone_half_angle_deg * std::numbers::pi / 180;
+  request.exposure_s = preset.exposure_s;
+  request.frame = gn2006_frame(preset, key.view_elevation_deg);
+  request.field = preset.field;
+  request.slices = preset.slices;
+  // A shard's seed follows from its key, so that it can be traced alone and gives the same bytes.
+  request.seed = preset.seed * 1000003u + static_cast<std::uint64_t>(key.oscillation) * 1009u +
+                 static_cast<std::uint64_t>(key.view_elevation_deg + 90);
+  return request;
+}
+
+}  // namespace pluvia

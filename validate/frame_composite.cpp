@@ -1,0 +1,200 @@
+#include "validate/frame_composite.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "atlas/atlas_lookup.h"
+#include "atlas/image_io.h"
+#include "raytrace/streak_placement.h"
+#include "validate/streak_footprint.h"
+
+namespace pluvia {
+namespace {
+
+const AtlasLayer& layer_of(const StreakAtlas& atlas, int oscillation) {
+  for (const AtlasLayer& layer : atlas.layers) {
+    if (layer.oscillation == oscillation) return layer;
+  }
+  throw std::runtime_error(
+      fmt::format("oscillation set {}; expected one of the {} sets of the atlas", oscillation,
+                  atlas.layers.size()));
+}
+
+// Adds weight * cell to the picture, left and right swapped where mirrored.
+void add_cell(const Image& image, const CellRect& cell, bool mirrored, const StreakValue& weight,
+              StreakPicture& picture) {
+  if (weight.isZero(0)) return;
+  for (int y = 0; y < cell.height; ++y) {
+    for (int x = 0; x < cell.width; ++x) {
+      const int column = mirrored ? cell.width - 1 - x : x;
+      picture.values[static_cast<std::size_t>(y * cell.width + x)] +=
+          static_cast<double>(image.at(cell.x + column, cell.y + y)) * weight;
+    }
+  }
+}
+
+// The cell of one view with all lights, the environment and the coverage of this drop.
+StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
+                          const StreakPlacement& placement, int view, double weight,
+                          const Eigen::Vector3d& environment) {
+  const AtlasView& row = atlas.views[static_cast<std::size_t>(view)];
+  StreakPicture picture{.width = atlas.cell_width_px,
+                        .height = row.height_px,
+                        .path_top_row = row.path_top_row,
+                        .path_rows = row.path_bottom_row - row.path_top_row};
+  picture.values.assign(static_cast<std::size_t>(picture.width * picture.height),
+                        StreakValue::Zero());
+  for (const LitStreak& light : placement.lights) {
+    const FoldedAngles angles = fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
+                                            light.light_azimuth_deg, drop.oscillation);
+    const int column = choose_cells(atlas, angles).light;
+    const Eigen::Vector3d irradiance = weight * light.irradiance_lux;
+    add_cell(layer_of(atlas, angles.oscillation).point.at(0), cell_rect(atlas, view, column, 0),
+             angles.mirrored, {irradiance.x(), irradiance.y(), irradiance.z(), 0}, picture);
+  }
+  const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
+  const CellRect single = cell_rect(atlas, view, 0, 0);
+  const Eigen::Vector3d around = weight * environment;
+  add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
+  add_cell(layer.coverage.at(0), single, false, {0, 0, 0, weight}, picture);
+  return picture;
+}
+
+struct PlacedDrop {
+  const Drop* drop;
+  StreakPlacement placement;
+};
+
+// Farthest first.
+std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atlas,
+                                     const std::vector<Drop>& drops) {
+  const StreakGeometry geometry = {.pixel_m = atlas.pixel_m,
+                                   .cell_width_px = static_cast<double>(atlas.cell_width_px),
+                                   .exposure_s = atlas.exposure_s,
+                                   .path_top_row = atlas.views.at(0).path_top_row};
+  std::vector<PlacedDrop> placed;
+  for (const Drop& drop : drops) {
+    if (auto placement = place_streak(scene, drop, geometry)) {
+      placed.push_back({&drop, std::move(*placement)});
+    }
+  }
+  std::sort(placed.begin(), placed.end(), [](const PlacedDrop& a, const PlacedDrop& b) {
+    if (a.placement.depth_m != b.placement.depth_m) {
+      return a.placement.depth_m > b.placement.depth_m;
+    }
+    return a.drop->id < b.drop->id;
+  });
+  return placed;
+}
+
+Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed,
+                         const Eigen::Vector3d& environment, const Image& screen) {
+  const StreakPlacement& placement = placed.placement;
+  const CellChoice cells = choose_cells(
+      atlas, fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation));
+  std::vector<StreakPicture> pictures;
+  for (int i = 0; i < 2; ++i) {
+    const auto& view = atlas.views[static_cast<std::size_t>(cells.view[i])];
+    if (cells.view_weight[i] == 0) continue;
+    pictures.push_back({.width = atlas.cell_width_px,
+                        .height = view.height_px,
+                        .path_top_row = view.path_top_row,
+                        .path_rows = view.path_bottom_row - view.path_top_row});
+  }
+  Footprint footprint = empty_footprint(placement, pictures, screen.width, screen.height);
+  if (footprint.values.empty()) return footprint;
+  for (int i = 0; i < 2; ++i) {
+    if (cells.view_weight[i] == 0) continue;
+    add_streak(placement,
+               lit_picture(atlas, *placed.drop, placement, cells.view[i], cells.view_weight[i],
+                           environment),
+               footprint);
+  }
+  return footprint;
+}
+
+// Puts the drop over what lies behind it. True when it touches a pixel in front of the scene.
+bool put_over(const Footprint& drop, double drop_depth_m, const Image& depth_m,
+              std::vector<Eigen::Vector3d>& color) {
+  bool seen = false;
+  for (int y = 0; y < drop.height; ++y) {
+    for (int x = 0; x < drop.width; ++x) {
+      const StreakValue& value = drop.values[static_cast<std::size_t>(y * drop.width + x)];
+      const int screen_x = drop.x0 + x, screen_y = drop.y0 + y;
+      const bool nothing = (value.array() == 0).all();
+      if (nothing || !(drop_depth_m < depth_m.at(screen_x, screen_y))) continue;
+      Eigen::Vector3d& below = color[static_cast<std::size_t>(screen_y * depth_m.width + screen_x)];
+      below = (1 - value.w()) * below + value.head<3>();
+      seen = true;
+    }
+  }
+  return seen;
+}
+
+void require_picture(const Image& image, const Camera& camera, int channels, bool infinity_is_good,
+                     const char* name) {
+  const auto size = static_cast<std::size_t>(camera.width_px) *
+                    static_cast<std::size_t>(camera.height_px) * static_cast<std::size_t>(channels);
+  if (image.width != camera.width_px || image.height != camera.height_px ||
+      image.channels != channels || image.values.size() != size) {
+    throw std::runtime_error(fmt::format(
+        "{}: {} x {} pixels, {} channels; expected the camera's {} x {} and {}", name, image.width,
+        image.height, image.channels, camera.width_px, camera.height_px, channels));
+  }
+  for (const float value : image.values) {
+    if (std::isfinite(value) || (infinity_is_good && value > 0)) continue;
+    throw std::runtime_error(fmt::format("{}: a pixel is {}; expected finite values{}", name, value,
+                                         infinity_is_good ? " or +infinity" : ""));
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d environment_radiance_cd_m2(const Scene& scene) {
+  const EnvironmentLight& environment = scene.environment;
+  if (environment.map_file.empty()) return environment.uniform_cd_m2;
+  const std::vector<double> mean = mean_over_sphere(read_environment_map(environment.map_file));
+  return environment.scale_cd_m2 * Eigen::Vector3d(mean.at(0), mean.at(1), mean.at(2));
+}
+
+FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
+                               const std::vector<Drop>& drops,
+                               const Eigen::Vector3d& environment_cd_m2, const Image& background,
+                               const Image& depth_m) {
+  require_picture(background, scene.camera, 3, false, "background");
+  require_picture(depth_m, scene.camera, 1, true, "depth");
+  std::vector<Eigen::Vector3d> color(depth_m.values.size());
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    color[i] = Eigen::Vector3f(&background.values[3 * i]).cast<double>();
+  }
+  FrameComposite result{make_image(background.width, background.height, 3),
+                        make_image(background.width, background.height, 3)};
+  // Batches bound the memory; within one the footprints are made in parallel, then laid down in
+  // order.
+  const std::vector<PlacedDrop> placed = placed_drops(scene, atlas, drops);
+  constexpr std::size_t batch = 512;
+  std::vector<Footprint> footprints(batch);
+  for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
+    const std::size_t end = std::min(begin + batch, placed.size());
+    tbb::parallel_for(begin, end, [&](std::size_t i) {
+      footprints[i - begin] = drop_footprint(atlas, placed[i], environment_cd_m2, depth_m);
+    });
+    for (std::size_t i = begin; i < end; ++i) {
+      const double drop_depth_m = placed[i].placement.depth_m;
+      result.drops_seen += put_over(footprints[i - begin], drop_depth_m, depth_m, color) ? 1 : 0;
+    }
+  }
+  for (std::size_t i = 0; i < 3 * color.size(); ++i) {
+    const double value = color[i / 3][static_cast<Eigen::Index>(i % 3)];
+    result.color.values[i] = static_cast<float>(value);
+    result.rain.values[i] = static_cast<float>(value - background.values[i]);
+  }
+  return result;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,154 @@
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "validate/report_parts.h"
+
+namespace pluvia {
+namespace {
+
+// Middle tones, legible on white and on black.
+constexpr const char* colors[] = {"#2a7fba", "#d1603d", "#3f9b5b", "#a05fb4", "#b8860b", "#5f6b7a"};
+
+std::string about(const Plot& plot, const std::string& message) {
+  return fmt::format("plot \"{}\": {}", plot.title, message);
+}
+
+// A gnuplot string: nothing is special between single quotes but the quote itself, which is
+// doubled. A line end would end the command.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) {
+    if (c == '\'') result += '\'';
+    result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return result + "'";
+}
+
+bool drawable(const Plot& plot, const Curve& curve, std::size_t i) {
+  return std::isfinite(curve.x[i]) && std::isfinite(curve.y[i]) &&
+         (!plot.log_x || curve.x[i] > 0) && (!plot.log_y || curve.y[i] > 0);
+}
+
+// The data blocks $d0, $d1, ..; returns how many points there are to draw.
+long append_data(const Plot& plot, std::string& script) {
+  long points = 0;
+  for (std::size_t k = 0; k < plot.curves.size(); ++k) {
+    const Curve& curve = plot.curves[k];
+    const bool bars = !curve.y_error.empty();
+    if (curve.y.size() != curve.x.size() || (bars && curve.y_error.size() != curve.x.size())) {
+      throw std::runtime_error(about(
+          plot, fmt::format("curve \"{}\" has {} x, {} y, {} y_error; expected equal lengths",
+                            curve.label, curve.x.size(), curve.y.size(), curve.y_error.size())));
+    }
+    script += fmt::format("$d{} << END\n", k);
+    for (std::size_t i = 0; i < curve.x.size(); ++i) {
+      if (!drawable(plot, curve, i)) continue;
+      script += fmt::format("{:.17g} {:.17g} {:.17g}\n", curve.x[i], curve.y[i],
+                            bars && std::isfinite(curve.y_error[i]) ? curve.y_error[i] : 0.0);
+      ++points;
+    }
+    script += "END\n";
+  }
+  return points;
+}
+
+constexpr const char* head =
+    "set encoding utf8\n"
+    "set terminal svg size 560,380 dynamic noenhanced font 'inherit,14' rounded\n"
+    "set grid\n"
+    "set key outside top left horizontal\n";
+
+// Empty when there is no point to draw.
+std::string plot_script(const Plot& plot) {
+  std::string script = head;
+  if (plot.log_x) script += "set logscale x\nset format x '%g'\n";
+  if (plot.log_y) script += "set logscale y\nset format y '%g'\n";
+  script += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
+  if (append_data(plot, script) == 0) return "";
+  const char* separator = "plot ";
+  for (std::size_t k = 0; k < plot.curves.size(); ++k) {
+    const char* color = colors[k % std::size(colors)];
+    const Curve& curve = plot.curves[k];
+    script += fmt::format("{}$d{} using {} pt 7 ps 0.5 lw 2 lc rgb '{}' title {}", separator, k,
+                          curve.y_error.empty() ? "1:2 with linespoints" : "1:2:3 with yerrorlines",
+                          color, quoted(curve.label));
+    separator = ", ";
+  }
+  return script + "\n";
+}
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+File scratch_file() {
+  File file(std::tmpfile(), &std::fclose);
+  if (!file) throw std::runtime_error("temporary file: cannot create; expected a writable /tmp");
+  return file;
+}
+
+std::string contents(std::FILE* file) {
+  std::string text;
+  char buffer[4096];
+  std::rewind(file);
+  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, file)) text.append(buffer, n);
+  return text;
+}
+
+struct Run {
+  int status = 0;  // of waitpid; -1: could not be started
+  std::string output = {};
+  std::string messages = {};
+};
+
+// Runs gnuplot without a shell: script in, picture and messages out, all through unnamed files, so
+// that neither side can wait for the other.
+Run run_gnuplot(const std::string& script) {
+  const File in = scratch_file(), out = scratch_file(), err = scratch_file();
+  if (std::fwrite(script.data(), 1, script.size(), in.get()) != script.size() ||
+      std::fflush(in.get()) != 0) {
+    throw std::runtime_error("temporary file: cannot write; expected room in /tmp");
+  }
+  std::rewind(in.get());
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, fileno(in.get()), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(out.get()), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(err.get()), STDERR_FILENO);
+  std::string words[] = {"gnuplot", "-"};
+  char* arguments[] = {words[0].data(), words[1].data(), nullptr};
+  pid_t child = 0;
+  const int spawned = posix_spawnp(&child, words[0].c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (spawned != 0) return {.status = -1};
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return {status, contents(out.get()), contents(err.get())};
+}
+
+}  // namespace
+
+PlotDrawing draw_plot(const Plot& plot) {
+  const std::string script = plot_script(plot);
+  if (script.empty()) return {"", about(plot, "no finite point to draw")};
+  Run run = run_gnuplot(script);
+  if (run.status == -1) return {"", about(plot, "gnuplot is not installed (package gnuplot-nox)")};
+  const std::size_t begin = run.output.find("<svg");
+  if (run.status != 0 || begin == std::string::npos) {
+    return {"", about(plot, "gnuplot refuses it: " + run.messages)};
+  }
+  // The <title> holds only the program's name, which viewers would show as a tooltip.
+  std::string svg = run.output.substr(begin);
+  const std::size_t title = svg.find("<title>"), title_end = svg.find("</title>");
+  if (title_end != std::string::npos) svg.erase(title, title_end + 8 - title);
+  return {svg, ""};
+}
+
+}  // namespace pluvia
