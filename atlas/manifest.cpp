@@ -1,0 +1,137 @@
+// The manifest of a streak database: manifest.json to struct and back.
+
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "atlas/atomic_file.h"
+#include "atlas/json_place.h"
+#include "atlas/streak_database.h"
+
+namespace pluvia {
+namespace {
+
+constexpr int highest_size_px =
+    1 << 20;  // beyond any picture; keeps products of two within 64 bits
+
+std::string manifest_file(const std::string& folder) {
+  return (std::filesystem::path(folder) / "manifest.json").string();
+}
+
+auto order_of(const ShardKey& key) {
+  return std::tuple(key.diameter_um, key.oscillation, key.view_elevation_deg);
+}
+
+nlohmann::ordered_json json_of(const ShardRecord& record) {
+  return {{"file", record.file},
+          {"sha256", record.sha256},
+          {"diameter_um", record.key.diameter_um},
+          {"oscillation", record.key.oscillation},
+          {"view_elevation_deg", record.key.view_elevation_deg},
+          {"width_px", record.width_px},
+          {"height_px", record.height_px},
+          {"path_top_row", record.path_top_row},
+          {"path_bottom_row", record.path_bottom_row},
+          {"images", record.images},
+          {"estimated_relative_error", record.estimated_relative_error}};
+}
+
+ShardRecord record_at(const JsonPlace& place) {
+  const int any = std::numeric_limits<int>::max();
+  ShardRecord record;
+  record.file = text_at(member(place, "file"));
+  record.sha256 = text_at(member(place, "sha256"));
+  if (record.sha256.size() != 64) {
+    throw_at(member(place, "sha256"), "\"" + record.sha256 + "\"; expected 64 hexadecimal digits");
+  }
+  record.key = {.diameter_um = integer_at(member(place, "diameter_um"), 1, any),
+                .oscillation = integer_at(member(place, "oscillation"), 0, any),
+                .view_elevation_deg = integer_at(member(place, "view_elevation_deg"), -90, 90)};
+  record.width_px = integer_at(member(place, "width_px"), 1, highest_size_px);
+  record.height_px = integer_at(member(place, "height_px"), 1, highest_size_px);
+  record.path_top_row = number_at(member(place, "path_top_row"));
+  record.path_bottom_row = number_at(member(place, "path_bottom_row"));
+  for (const JsonPlace& image : elements(member(place, "images"))) {
+    record.images.push_back(text_at(image));
+  }
+  const JsonPlace errors = member(place, "estimated_relative_error");
+  for (const JsonPlace& error : elements(errors)) {
+    record.estimated_relative_error.push_back(number_at(error));
+  }
+  if (record.estimated_relative_error.size() != record.images.size()) {
+    throw_at(errors, fmt::format("{} numbers; expected one for each of {} images",
+                                 record.estimated_relative_error.size(), record.images.size()));
+  }
+  return record;
+}
+
+Manifest manifest_at(const JsonPlace& document) {
+  check_version(document, Manifest::version);
+  Manifest manifest;
+  manifest.preset = text_at(member(document, "preset"));
+  const JsonPlace parameters = member(document, "parameters");
+  if (!parameters.value->is_object()) throw_at(parameters, "not an object; expected an object");
+  manifest.parameters = parameters.value->dump();
+  const JsonPlace seed = member(document, "seed");
+  if (!seed.value->is_number_unsigned()) {
+    throw_at(seed, seed.value->dump() + "; expected an integer 0 .. 2^64 - 1");
+  }
+  manifest.seed = seed.value->get<unsigned long long>();
+  manifest.instruction_set = text_at(member(document, "instruction_set"));
+  manifest.mean_radius_m = positive_at(member(document, "mean_radius_m"));
+  manifest.exposure_s = positive_at(member(document, "exposure_s"));
+  manifest.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
+  manifest.pixel_m = positive_at(member(document, "pixel_m"));
+  for (const JsonPlace& place : elements(member(document, "shards"))) {
+    manifest.shards.push_back(record_at(place));
+    const std::size_t count = manifest.shards.size();
+    if (count > 1 &&
+        order_of(manifest.shards[count - 2].key) >= order_of(manifest.shards.back().key)) {
+      throw_at(place, shard_name(manifest.shards.back().key) + " after " +
+                          shard_name(manifest.shards[count - 2].key) +
+                          "; expected ascending diameter, oscillation, view, each once");
+    }
+  }
+  return manifest;
+}
+
+}  // namespace
+
+void write_manifest(const std::string& folder, const Manifest& manifest) {
+  const std::string file = manifest_file(folder);
+  nlohmann::ordered_json document = {
+      {"version", Manifest::version},
+      {"preset", manifest.preset},
+      {"parameters", parse_json(file + ": parameters", manifest.parameters)},
+      {"seed", manifest.seed},
+      {"instruction_set", manifest.instruction_set},
+      {"mean_radius_m", manifest.mean_radius_m},
+      {"exposure_s", manifest.exposure_s},
+      {"fall_speed_m_s", manifest.fall_speed_m_s},
+      {"pixel_m", manifest.pixel_m},
+      {"shards", nlohmann::ordered_json::array()}};
+  for (const ShardRecord& record : manifest.shards) document["shards"].push_back(json_of(record));
+  const std::string text = document.dump(2) + "\n";
+  // What cannot be read back must not be written: a NaN has turned into null here, for one.
+  const nlohmann::ordered_json again = parse_json(file, text);
+  manifest_at({.value = &again, .file = file});
+  write_file_atomically(file, text);
+}
+
+Manifest read_manifest(const std::string& folder) {
+  const std::string file = manifest_file(folder);
+  const nlohmann::ordered_json document = parse_json(file, read_file(file));
+  return manifest_at({.value = &document, .file = file});
+}
+
+bool shard_is_whole(const std::string& folder, const ShardRecord& record) {
+  const std::filesystem::path file = std::filesystem::path(folder) / record.file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return false;
+  return sha256(read_file(file.string())) == record.sha256;
+}
+
+}  // namespace pluvia

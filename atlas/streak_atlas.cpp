@@ -1,0 +1,220 @@
+#include "atlas/streak_atlas.h"
+
+#include <algorithm>
+#include <cassert>
+#include <filesystem>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "atlas/atlas_layout.h"
+#include "atlas/atomic_file.h"
+
+namespace pluvia {
+namespace {
+
+constexpr const char* generate_again = "run `pluvia generate` again";
+
+struct Grid {  // what a database must hold: every oscillation at every view
+  std::string manifest_file = {};
+  std::set<int> oscillations = {};
+  std::set<int> views = {};
+};
+
+const ShardRecord& record_of(const Manifest& manifest, const Grid& grid, int oscillation,
+                             int view) {
+  const ShardKey key = {.diameter_um = manifest.shards.front().key.diameter_um,
+                        .oscillation = oscillation,
+                        .view_elevation_deg = view};
+  const auto found = std::find_if(manifest.shards.begin(), manifest.shards.end(),
+                                  [&](const ShardRecord& record) { return record.key == key; });
+  if (found == manifest.shards.end()) {
+    throw std::runtime_error(fmt::format(
+        "{}: shard {} is missing; expected each of {} oscillations at each of {} views. {}",
+        grid.manifest_file, shard_name(key), grid.oscillations.size(), grid.views.size(),
+        generate_again));
+  }
+  return *found;
+}
+
+Grid grid_of(const std::string& folder, const Manifest& manifest) {
+  Grid grid = {.manifest_file = (std::filesystem::path(folder) / "manifest.json").string()};
+  if (manifest.shards.empty()) {
+    throw std::runtime_error(grid.manifest_file + ": no shards; expected at least one");
+  }
+  for (const ShardRecord& record : manifest.shards) {
+    const int diameter = manifest.shards.front().key.diameter_um;
+    if (record.key.diameter_um != diameter) {
+      throw std::runtime_error(fmt::format("{}: diameters {} um and {} um; expected one diameter",
+                                           grid.manifest_file, diameter, record.key.diameter_um));
+    }
+    grid.oscillations.insert(record.key.oscillation);
+    grid.views.insert(record.key.view_elevation_deg);
+  }
+  return grid;
+}
+
+// The tables that are known before any picture is read; lights follow from the first shard.
+StreakAtlas empty_atlas(const Manifest& manifest, const Grid& grid) {
+  const ShardRecord& first = manifest.shards.front();
+  if (!is_power_of_two(first.width_px)) {
+    throw std::runtime_error(fmt::format("{}: width_px = {} of shard {}; expected a power of two",
+                                         grid.manifest_file, first.width_px,
+                                         shard_name(first.key)));
+  }
+  StreakAtlas atlas = {.cell_width_px = first.width_px,
+                       .levels = 1,
+                       .diameter_um = first.key.diameter_um,
+                       .mean_radius_m = manifest.mean_radius_m,
+                       .exposure_s = manifest.exposure_s,
+                       .fall_speed_m_s = manifest.fall_speed_m_s,
+                       .pixel_m = manifest.pixel_m,
+                       .database_sha256 = sha256(read_file(grid.manifest_file))};
+  while (first.width_px >> atlas.levels >= 1) ++atlas.levels;
+  for (const int view : grid.views) {
+    const ShardRecord& record = record_of(manifest, grid, first.key.oscillation, view);
+    atlas.views.push_back({.elevation_deg = view,
+                           .height_px = record.height_px,
+                           .row_px = rows_of_views(atlas),
+                           .path_top_row = record.path_top_row,
+                           .path_bottom_row = record.path_bottom_row});
+  }
+  return atlas;
+}
+
+// A shard must look like those packed before it: a reader has one table for all layers.
+void check_record(const StreakAtlas& atlas, const AtlasView& view, const Grid& grid,
+                  const ShardRecord& record) {
+  const bool same = record.width_px == atlas.cell_width_px && record.height_px == view.height_px &&
+                    record.path_top_row == view.path_top_row &&
+                    record.path_bottom_row == view.path_bottom_row;
+  if (same) return;
+  throw std::runtime_error(fmt::format(
+      "{}: shard {}: {} x {} pixels, path rows {} .. {}; expected {} x {}, {} .. {} like the other "
+      "oscillations at this view",
+      grid.manifest_file, shard_name(record.key), record.width_px, record.height_px,
+      record.path_top_row, record.path_bottom_row, atlas.cell_width_px, view.height_px,
+      view.path_top_row, view.path_bottom_row));
+}
+
+Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
+  const std::string file = (std::filesystem::path(folder) / record.file).string();
+  if (!std::filesystem::exists(file)) {
+    throw std::runtime_error(fmt::format(
+        "{}: missing; expected the shard that the manifest lists. {}", file, generate_again));
+  }
+  if (!shard_is_whole(folder, record)) {
+    throw std::runtime_error(fmt::format("{}: SHA-256 is not the manifest's; expected {}. {}", file,
+                                         record.sha256, generate_again));
+  }
+  Shard shard = read_shard(file);
+  if (shard.key != record.key || shard.width_px != record.width_px ||
+      shard.height_px != record.height_px) {
+    throw std::runtime_error(fmt::format("{}: {} of {} x {} pixels; expected {} of {} x {}", file,
+                                         shard_name(shard.key), shard.width_px, shard.height_px,
+                                         shard_name(record.key), record.width_px,
+                                         record.height_px));
+  }
+  return shard;
+}
+
+// Lights and the presence of an environment are those of the first shard; the others must agree.
+void check_parts(StreakAtlas& atlas, bool has_env, const std::string& file, const Shard& shard) {
+  if (atlas.lights.empty()) atlas.lights = shard.lights;
+  if (shard.lights.empty() || shard.lights != atlas.lights) {
+    throw std::runtime_error(fmt::format(
+        "{}: {} light directions; expected the same {} as in the first shard, at least one", file,
+        shard.lights.size(), atlas.lights.size()));
+  }
+  if (shard.env.mean.empty() == has_env) {
+    throw std::runtime_error(fmt::format("{}: part env is {}; expected it in all shards or in none",
+                                         file, has_env ? "missing" : "there"));
+  }
+}
+
+void put_cell(Image& picture, const CellRect& cell, const StreakImage& image) {
+  for (int y = 0; y < cell.height; ++y) {
+    const auto row = image.mean.begin() + static_cast<std::ptrdiff_t>(y) * cell.width;
+    std::copy_n(row, cell.width, &picture.at(cell.x, cell.y + y));
+  }
+}
+
+// Cells start at multiples of 2^(levels-1), so no 2 x 2 block mixes two of them. Summed in double:
+// the only rounding of a level is that of its own texels.
+Image half_size(const Image& picture) {
+  Image half = make_image(picture.width / 2, picture.height / 2);
+  for (int y = 0; y < half.height; ++y) {
+    for (int x = 0; x < half.width; ++x) {
+      const double sum = static_cast<double>(picture.at(2 * x, 2 * y)) +
+                         picture.at(2 * x + 1, 2 * y) + picture.at(2 * x, 2 * y + 1) +
+                         picture.at(2 * x + 1, 2 * y + 1);
+      half.at(x, y) = static_cast<float>(sum / 4);
+    }
+  }
+  return half;
+}
+
+void add_mips(std::vector<Image>& pictures, int levels) {
+  while (!pictures.empty() && static_cast<int>(pictures.size()) < levels) {
+    pictures.push_back(half_size(pictures.back()));
+  }
+}
+
+void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shard& shard) {
+  const int rows = rows_of_views(atlas);
+  if (layer.coverage.empty()) {
+    const int columns = static_cast<int>(atlas.lights.size());
+    layer.point.push_back(make_image(columns * atlas.cell_width_px, rows));
+    layer.coverage.push_back(make_image(atlas.cell_width_px, rows));
+    if (!shard.env.mean.empty()) layer.env.push_back(make_image(atlas.cell_width_px, rows));
+  }
+  for (std::size_t i = 0; i < shard.light.size(); ++i) {
+    put_cell(layer.point[0], cell_rect(atlas, view, static_cast<int>(i), 0), shard.light[i]);
+  }
+  const CellRect cell = cell_rect(atlas, view, 0, 0);
+  if (!layer.env.empty()) put_cell(layer.env[0], cell, shard.env);
+  put_cell(layer.coverage[0], cell, shard.coverage);
+}
+
+}  // namespace
+
+CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
+  assert(view >= 0 && view < static_cast<int>(atlas.views.size()) && column >= 0);
+  assert(level >= 0 && level < atlas.levels);
+  const AtlasView& row = atlas.views[static_cast<std::size_t>(view)];
+  const int width = atlas.cell_width_px >> level;
+  return {.x = column * width,
+          .y = row.row_px >> level,
+          .width = width,
+          .height = (row.height_px + (1 << level) - 1) >> level};
+}
+
+StreakAtlas pack_database(const std::string& database_folder) {
+  const Manifest manifest = read_manifest(database_folder);
+  const Grid grid = grid_of(database_folder, manifest);
+  StreakAtlas atlas = empty_atlas(manifest, grid);
+  for (const int oscillation : grid.oscillations) {
+    AtlasLayer layer = {.oscillation = oscillation};
+    for (std::size_t view = 0; view < atlas.views.size(); ++view) {
+      const ShardRecord& record =
+          record_of(manifest, grid, oscillation, atlas.views[view].elevation_deg);
+      check_record(atlas, atlas.views[view], grid, record);
+      const Shard shard = read_whole_shard(database_folder, record);
+      const bool first = atlas.layers.empty() && view == 0;
+      const AtlasLayer& model = atlas.layers.empty() ? layer : atlas.layers.front();
+      const bool has_env = first ? !shard.env.mean.empty() : !model.env.empty();
+      check_parts(atlas, has_env, (std::filesystem::path(database_folder) / record.file).string(),
+                  shard);
+      put_shard(atlas, layer, static_cast<int>(view), shard);
+    }
+    add_mips(layer.point, atlas.levels);
+    add_mips(layer.env, atlas.levels);
+    add_mips(layer.coverage, atlas.levels);
+    atlas.layers.push_back(std::move(layer));
+  }
+  return atlas;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,191 @@
+#include "atlas/streak_database.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "atlas/atomic_file.h"
+#include "atlas/exr_parts.h"
+
+namespace pluvia {
+namespace {
+
+std::string light_name(const LightDirection& light) {
+  return fmt::format("light_v{:+03d}_h{:03d}", light.elevation_deg, light.azimuth_deg);
+}
+
+std::map<std::string, int> attributes_of(const ShardKey& key) {
+  return {{"diameter_um", key.diameter_um},
+          {"oscillation", key.oscillation},
+          {"view_elevation_deg", key.view_elevation_deg}};
+}
+
+ExrPart part_of(const std::string& file, const Shard& shard, const std::string& name,
+                const StreakImage& image) {
+  const auto count =
+      static_cast<std::size_t>(shard.width_px) * static_cast<std::size_t>(shard.height_px);
+  if (image.mean.size() != count || image.variance.size() != count) {
+    throw std::runtime_error(
+        fmt::format("{}: part {}: {} values and {} variances; expected {} x {} of each", file, name,
+                    image.mean.size(), image.variance.size(), shard.width_px, shard.height_px));
+  }
+  ExrPart part = {.name = name,
+                  .width = shard.width_px,
+                  .height = shard.height_px,
+                  .channels = {{.name = "Y", .values = image.mean},
+                               {.name = "Y.variance", .values = image.variance}},
+                  .attributes = attributes_of(shard.key)};
+  check_radiances(file, part);
+  return part;
+}
+
+void check_lights(const std::string& file, const Shard& shard) {
+  if (shard.light.size() != shard.lights.size()) {
+    throw std::runtime_error(
+        fmt::format("{}: {} light pictures for {} light directions; expected one each", file,
+                    shard.light.size(), shard.lights.size()));
+  }
+  for (auto it = shard.lights.begin(); it != shard.lights.end(); ++it) {
+    if (std::abs(it->elevation_deg) > 90 || it->azimuth_deg < 0 || it->azimuth_deg > 180) {
+      throw std::runtime_error(
+          fmt::format("{}: part {}: expected an elevation of -90 .. 90 and an azimuth of 0 .. 180",
+                      file, light_name(*it)));
+    }
+    if (std::find(shard.lights.begin(), it, *it) != it) {
+      throw std::runtime_error(
+          fmt::format("{}: part {}: twice; expected each light once", file, light_name(*it)));
+    }
+  }
+}
+
+std::vector<ExrPart> parts_of(const std::string& file, const Shard& shard) {
+  if (shard.width_px < 1 || shard.height_px < 1) {
+    throw std::runtime_error(fmt::format("{}: {} x {} pixels; expected at least 1 x 1", file,
+                                         shard.width_px, shard.height_px));
+  }
+  check_lights(file, shard);
+  std::vector<ExrPart> parts;
+  for (std::size_t i = 0; i < shard.lights.size(); ++i) {
+    parts.push_back(part_of(file, shard, light_name(shard.lights[i]), shard.light[i]));
+  }
+  if (!shard.env.mean.empty() || !shard.env.variance.empty()) {
+    parts.push_back(part_of(file, shard, "env", shard.env));
+  }
+  parts.push_back(part_of(file, shard, "coverage", shard.coverage));
+  return parts;
+}
+
+[[noreturn]] void throw_part(const std::string& file, const ExrPart& part,
+                             const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: part {}: {}", file, part.name, what));
+}
+
+LightDirection light_of(const std::string& file, const ExrPart& part) {
+  LightDirection light;
+  const int found =
+      std::sscanf(part.name.c_str(), "light_v%3d_h%3d", &light.elevation_deg, &light.azimuth_deg);
+  if (found != 2 || light_name(light) != part.name) {
+    throw_part(file, part,
+               "name unknown or out of place; expected light_vSEE_hAAA .., env, coverage");
+  }
+  return light;
+}
+
+ShardKey key_of(const std::string& file, const ExrPart& part) {
+  for (const auto& [name, unused] : attributes_of({})) {
+    if (!part.attributes.contains(name)) {
+      throw_part(file, part, fmt::format("no attribute {}; expected an integer", name));
+    }
+  }
+  const ShardKey key = {.diameter_um = part.attributes.at("diameter_um"),
+                        .oscillation = part.attributes.at("oscillation"),
+                        .view_elevation_deg = part.attributes.at("view_elevation_deg")};
+  const std::string stem = std::filesystem::path(file).stem().string();
+  if (stem != shard_name(key)) {
+    throw_part(
+        file, part,
+        fmt::format("belongs to {}; expected {} as in the file's name", shard_name(key), stem));
+  }
+  return key;
+}
+
+StreakImage take_image(const std::string& file, ExrPart& part, const Shard& shard) {
+  if (part.width != shard.width_px || part.height != shard.height_px) {
+    throw_part(file, part,
+               fmt::format("{} x {} pixels; expected {} x {} like the other parts", part.width,
+                           part.height, shard.width_px, shard.height_px));
+  }
+  if (part.channels.size() != 2 || part.channels[0].name != "Y" ||
+      part.channels[1].name != "Y.variance") {
+    throw_part(file, part, "other channels; expected Y and Y.variance");
+  }
+  if (key_of(file, part) != shard.key) throw_part(file, part, "other attributes; expected one key");
+  check_radiances(file, part);
+  return {.mean = std::move(part.channels[0].values),
+          .variance = std::move(part.channels[1].values)};
+}
+
+}  // namespace
+
+std::vector<LightDirection> gn2006_light_directions() {
+  std::vector<LightDirection> lights = {{.elevation_deg = -90, .azimuth_deg = 170}};
+  for (int elevation = -70; elevation <= 70; elevation += 20) {
+    for (int azimuth = 10; azimuth <= 170; azimuth += 20) {
+      lights.push_back({.elevation_deg = elevation, .azimuth_deg = azimuth});
+    }
+  }
+  lights.push_back({.elevation_deg = 90, .azimuth_deg = 170});
+  return lights;
+}
+
+std::string shard_name(const ShardKey& key) {
+  return fmt::format("d{:04d}_osc{:02d}_v{:+03d}", key.diameter_um, key.oscillation,
+                     key.view_elevation_deg);
+}
+
+double estimated_relative_error(const StreakImage& image) {
+  double squares = 0;
+  double variances = 0;
+  for (const float value : image.mean) squares += static_cast<double>(value) * value;
+  for (const float value : image.variance) variances += value;
+  return squares > 0 ? std::sqrt(variances / squares) : 0;
+}
+
+std::string write_shard(const std::string& file, const Shard& shard) {
+  const std::string bytes = exr_bytes(parts_of(file, shard));
+  write_file_atomically(file, bytes);
+  return sha256(bytes);
+}
+
+Shard read_shard(const std::string& file) {
+  std::vector<ExrPart> parts = parse_exr(file, read_file(file));
+  if (parts.back().name != "coverage") {
+    throw std::runtime_error(
+        fmt::format("{}: part coverage: missing at the end, where {} stands; "
+                    "expected light_vSEE_hAAA .., env, coverage",
+                    file, parts.back().name));
+  }
+  Shard shard = {.key = key_of(file, parts.back()),
+                 .width_px = parts.back().width,
+                 .height_px = parts.back().height};
+  shard.coverage = take_image(file, parts.back(), shard);
+  parts.pop_back();
+  if (!parts.empty() && parts.back().name == "env") {
+    shard.env = take_image(file, parts.back(), shard);
+    parts.pop_back();
+  }
+  for (ExrPart& part : parts) {
+    shard.lights.push_back(light_of(file, part));
+    shard.light.push_back(take_image(file, part, shard));
+  }
+  check_lights(file, shard);
+  return shard;
+}
+
+}  // namespace pluvia
