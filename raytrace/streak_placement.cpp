@@ -62,10 +62,10 @@ LitStreak lit_streak(const PointLight& light, const DropFrame& frame, const Eige
   const Eigen::Vector3d to_light = light.position_m - middle;
   const double distance_m = to_light.norm();
   if (!(distance_m > r0_m))
-    throw std::runtime_error(
-        fmt::format("light \"{}\" is {} m from the middle of a drop's path; expected more than the "
-                    "drop's radius, {} m",
-                    light.name, distance_m, r0_m));
+    throw std::runtime_error(fmt::format(
+        "light \"{}\" is {:.6g} m from the middle of a drop's path; expected more than the "
+        "drop's radius, {} m",
+        light.name, distance_m, r0_m));
   const Eigen::Vector3d direction = to_light / distance_m;
   const double x = direction.dot(frame.x), y = direction.dot(frame.y), z = direction.dot(frame.z);
   return {.light_elevation_deg = std::atan2(z, std::hypot(x, y)) * degrees,

@@ -1,0 +1,115 @@
+#include "raytrace/top_height.h"
+
+#include <cmath>
+#include <random>
+
+#include <Eigen/Geometry>
+
+#include "tests/scene_files.h"
+
+namespace pluvia {
+namespace {
+
+void add_triangle(Mesh& mesh, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
+                  const Eigen::Vector3f& c) {
+  for (const auto& p : {a, b, c}) {
+    mesh.indices.push_back(static_cast<std::uint32_t>(mesh.positions_m.size()));
+    mesh.positions_m.push_back(p);
+  }
+}
+
+Rain box(double min_x, double min_y, double max_x, double max_y) {
+  Rain rain;
+  rain.box_min_m = {min_x, min_y, 0};
+  rain.box_max_m = {max_x, max_y, 10};
+  return rain;
+}
+
+double centre(double low, int i, double texel_m) {
+  return low + (i + 0.5) * texel_m;
+}
+
+TEST(TopHeight, ASlopeIsExactAtEveryTexelCentre) {
+  // z = 0.5 x - 0.25 y + 2 over the whole box; float rounding of the height is 1e-7 of it.
+  const auto at = [](float x, float y) { return Eigen::Vector3f(x, y, 0.5f * x - 0.25f * y + 2); };
+  Mesh mesh;
+  add_triangle(mesh, at(-20, -20), at(20, -20), at(0, 40));
+  const TopHeight top = top_height(mesh, box(-3, -2, 3, 2), 0.1);
+  EXPECT_EQ(top.width, 60);
+  EXPECT_EQ(top.height, 40);
+  for (int j = 0; j < top.height; ++j)
+    for (int i = 0; i < top.width; ++i) {
+      const double x = centre(-3, i, 0.1), y = centre(-2, j, 0.1);
+      ASSERT_NEAR(height_at(top, x, y), 0.5 * x - 0.25 * y + 2, 1e-6) << x << ", " << y;
+    }
+}
+
+TEST(TopHeight, TheHighestOfStackedSurfacesWinsInAnyOrder) {
+  for (bool roof_first : {true, false}) {
+    Mesh mesh;
+    for (int i = 0; i < 2; ++i) {
+      const float z = (i == 0) == roof_first ? 4.0f : 1.0f;
+      add_triangle(mesh, {-9, -9, z}, {9, -9, z}, {0, 30, z});
+    }
+    const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.5);
+    for (float z : top.z_m) EXPECT_EQ(z, 4.0f) << roof_first;
+  }
+}
+
+TEST(TopHeight, NeighboursLeaveNoGapAlongAnyEdge) {
+  // Fans of triangles round a point fill the box; their common edges run through texel centres when
+  // the hub is on one.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> inside(-0.9f, 0.9f);
+  for (int trial = 0; trial < 200; ++trial) {
+    Eigen::Vector3f hub(inside(random), inside(random), 1);
+    if (trial % 2 == 0) hub = {0.125f * static_cast<float>(trial % 8) + 0.0625f, 0.0625f, 1};
+    Mesh mesh;
+    const int spokes = 3 + trial % 13;
+    for (int i = 0; i < spokes; ++i) {
+      const auto rim = [&](int k) -> Eigen::Vector3f {
+        const float angle =
+            6.2831853f * static_cast<float>(k % spokes) / static_cast<float>(spokes);
+        return {hub.x() + 30 * std::cos(angle), hub.y() + 30 * std::sin(angle), 1};
+      };
+      add_triangle(mesh, hub, rim(i), rim(i + 1));
+    }
+    const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.125);
+    for (float z : top.z_m) ASSERT_NEAR(z, 1.0f, 1e-6f) << "trial " << trial;
+  }
+}
+
+TEST(TopHeight, AThinWallAndAFlatTriangleHaveNoTop) {
+  Mesh mesh;
+  add_triangle(mesh, {0, -5, 0}, {0, 5, 0}, {0, 0, 9});       // vertical
+  add_triangle(mesh, {-5, 0, 3}, {0, 0, 3}, {5, 0, 3});       // no area
+  add_triangle(mesh, {50, 50, 3}, {60, 50, 3}, {50, 60, 3});  // outside the box
+  const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.1);
+  for (float z : top.z_m) EXPECT_EQ(z, -1e30f);
+}
+
+TEST(TopHeight, ATriangleSmallerThanATexelCountsOnlyAtTheCentre) {
+  Mesh mesh;
+  add_triangle(mesh, {0.24f, 0.24f, 2}, {0.26f, 0.24f, 2},
+               {0.25f, 0.27f, 2});  // round (0.25, 0.25)
+  add_triangle(mesh, {0.70f, 0.70f, 5}, {0.72f, 0.70f, 5}, {0.70f, 0.72f, 5});  // beside a centre
+  const TopHeight top = top_height(mesh, box(0, 0, 1, 1), 0.5);
+  EXPECT_EQ(height_at(top, 0.1, 0.4), 2);
+  EXPECT_LT(height_at(top, 0.7, 0.7), -1e29);
+}
+
+TEST(TopHeight, NothingIsThereOutsideTheGridOrWithoutSurfaces) {
+  const TopHeight top = top_height({}, box(-1, -1, 1, 1), 0.3);
+  EXPECT_EQ(top.width, 7);  // ceil(2 / 0.3): the grid covers the box
+  EXPECT_LT(height_at(top, 0, 0), -1e29);
+  for (double x : {-1.001, 1.101, 1e300, std::nan("")}) EXPECT_LT(height_at(top, x, 0), -1e29);
+}
+
+TEST(TopHeight, AGridThatFillsTheMemoryIsRefused) {
+  const std::string message =
+      message_of([] { top_height({}, box(-1000, -1000, 1000, 1000), 0.01); });
+  EXPECT_NE(message.find("200000 x 200000 texels"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace pluvia
