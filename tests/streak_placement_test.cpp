@@ -67,6 +67,41 @@ TEST(StreakPlacement, ThePathsEndsAreWhereTheDropIsSeenAtShutterOpenAndClose) {
   }
 }
 
+TEST(StreakPlacement, ColumnsAndShortRowsAreTheProjectionsDerivative) {
+  // Against central differences of the independent projection, everywhere in the picture; a step of
+  // 1e-5 m leaves 1e-10 of curvature. A drop of 1 mm/s has a path below one row: its rows are the
+  // picture's own up, reversed.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> side(-2, 2), ahead(2, 10);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Scene scene = looking({0.2, 1, 0.15});
+    const Eigen::Vector3d m(side(random), ahead(random), 1.6 + side(random));
+    Drop drop = drop_at(m);
+    drop.velocity_m_s = {0, 0, -1e-3};
+    drop.centre_m = m + Eigen::Vector3d(0, 0, 1e-3 / 120);
+    const auto placed = place_streak(scene, drop, geometry);
+    ASSERT_TRUE(placed && placed->path_rows < 1);
+    const Eigen::Vector3d toward = (scene.camera.position_m - m).normalized();
+    const Eigen::Vector3d right = Eigen::Vector3d(0, 0, 1).cross(toward).normalized();
+    const Eigen::Vector3d up = toward.cross(right);
+    const auto moved = [&](const Eigen::Vector3d& w) -> Eigen::Vector2d {
+      return (seen_at(scene, m + 1e-5 * w) - seen_at(scene, m - 1e-5 * w)) / 2e-5 * 2.85e-4;
+    };
+    EXPECT_LT((placed->column_px - moved(right)).norm(), 1e-7) << trial;
+    EXPECT_LT((placed->row_px + moved(up)).norm(), 1e-7) << trial;
+  }
+}
+
+TEST(StreakPlacement, ADropOnTheFallsAxisButNotTheCamerasTakesTheCamerasSide) {
+  // Straight above a camera that looks up and north at 60 degrees: its backward axis lies south, so
+  // a lamp in the south is on the camera's side.
+  Scene scene = looking({0, 0.5, std::sqrt(0.75)});
+  scene.lights.push_back({"south", {0, -50, 6.6}, {1, 1, 1}});
+  const auto placed = place_streak(scene, drop_at({0, 0, 6.6}), geometry);
+  ASSERT_TRUE(placed);
+  EXPECT_NEAR(placed->lights[0].light_azimuth_deg, 0, 1e-9);
+}
+
 TEST(StreakPlacement, PixelsAreSquareForAHorizontalViewAndSeenFromAfar) {
   // Straight ahead at distance d a database pixel measures focal * pixel_m / d in both directions;
   // the path bends the view by +-path/(2 d), which lengthens its mean by less than (path / d)^2.

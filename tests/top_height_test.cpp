@@ -105,6 +105,17 @@ TEST(TopHeight, NothingIsThereOutsideTheGridOrWithoutSurfaces) {
   for (double x : {-1.001, 1.101, 1e300, std::nan("")}) EXPECT_LT(height_at(top, x, 0), -1e29);
 }
 
+TEST(TopHeight, BesideTheGridThereIsNoSurfaceEvenWhereTheMeshGoesOn) {
+  Mesh mesh;
+  add_triangle(mesh, {-9, -9, 3}, {9, -9, 3}, {0, 30, 3});
+  const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.5);
+  for (double off : {-1.01, -1.4, 1.01, 1.4}) {
+    EXPECT_LT(height_at(top, off, 0), -1e29) << off;
+    EXPECT_LT(height_at(top, 0, off), -1e29) << off;
+  }
+  EXPECT_EQ(height_at(top, -1, -1), 3);
+}
+
 TEST(TopHeight, AGridThatFillsTheMemoryIsRefused) {
   const std::string message =
       message_of([] { top_height({}, box(-1000, -1000, 1000, 1000), 0.01); });

@@ -1,0 +1,80 @@
+// The scenes that the repository ships.
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+
+#include "raytrace/scene.h"
+#include "raytrace/streak_placement.h"
+#include "tests/scene_files.h"
+
+namespace pluvia {
+namespace {
+
+const std::string scenes = PLUVIA_SOURCE_DIR "/data/scenes/";
+
+std::string bytes_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(Street, ItsProgramWritesTheCommittedFile) {
+  const std::string file = scratch_file("street.gltf", "");
+  ASSERT_EQ(std::system(fmt::format("'{}' '{}'", PLUVIA_MAKE_STREET, file).c_str()), 0);
+  EXPECT_TRUE(bytes_of(file) == bytes_of(scenes + "street.gltf"))
+      << "run make_street data/scenes/street.gltf and look at what changed";
+}
+
+TEST(Street, EveryLampHangsJustBelowALightPanelOfItsOwn) {
+  const Scene scene = read_scene(scenes + "street.toml");
+  EXPECT_GT(scene.mesh.indices.size() / 3, 5000u);
+  ASSERT_EQ(scene.lights.size(), 6u);
+  for (const PointLight& light : scene.lights) {
+    int panels = 0;
+    for (std::size_t t = 0; t < scene.mesh.triangle_material.size(); ++t) {
+      const std::uint32_t* corner = &scene.mesh.indices[3 * t];
+      if (scene.mesh.normals[corner[0]].z() > -0.99f) continue;
+      Eigen::Vector3d centre = {0, 0, 0};
+      for (int i = 0; i < 3; ++i) centre += scene.mesh.positions_m[corner[i]].cast<double>() / 3;
+      const Eigen::Vector3d up = centre - light.position_m;
+      const double emission =
+          scene.mesh.materials[scene.mesh.triangle_material[t]].emission_cd_m2.sum();
+      panels += emission > 0 && up.z() > 0.04 && up.z() < 0.06 && up.norm() < 0.2;
+    }
+    EXPECT_EQ(panels, 2) << light.name;  // the two triangles of one rectangle
+  }
+}
+
+TEST(Street, SurfacesReflectBetweenFiveHundredthsAndAHalf) {
+  const Scene scene = read_scene(scenes + "street.toml");
+  for (std::uint32_t m : scene.mesh.triangle_material) {
+    const Eigen::Vector3d& albedo = scene.mesh.materials[m].base_color;
+    ASSERT_TRUE(albedo.minCoeff() >= 0.05 && albedo.maxCoeff() <= 0.5) << m;
+  }
+}
+
+TEST(Street, TheCloseSceneShowsWideStreaks) {
+  const Scene scene = read_scene(scenes + "close.toml");
+  const TopHeight top = top_height(scene.mesh, scene.rain, 0.1);
+  const StreakGeometry geometry = {.pixel_m = 2.85e-4,
+                                   .cell_width_px = 16,
+                                   .exposure_s = scene.camera.exposure_s,
+                                   .path_top_row = 15};
+  long seen = 0, wide = 0;
+  for (const Drop& drop : drop_field(scene, top, 10, 0)) {
+    const auto placed = place_streak(scene, drop, geometry);
+    if (!placed) continue;
+    const Eigen::Vector2d middle =
+        placed->origin_px + 8 * placed->column_px + (15 + placed->path_rows / 2) * placed->row_px;
+    if (middle.x() < 0 || middle.x() > 1280 || middle.y() < 0 || middle.y() > 720) continue;
+    ++seen;
+    // A drop of 3.2 mm is 11.2 of the database's pixels wide.
+    wide += 11.2 * placed->column_px.norm() > 10;
+  }
+  // 0.59 m^3 of the box are in view: 29 +- 5.4 streaks, bounds at 3 sigma.
+  EXPECT_GE(seen, 13);
+  EXPECT_LE(seen, 45);
+  EXPECT_GE(wide, 1);
+}
+
+}  // namespace
+}  // namespace pluvia
