@@ -132,9 +132,18 @@ TEST(TomlReader, AMisspeltKeyIsToldItsNeighbour) {
             "street.toml:1:1: unknown key \"fog\"; expected one of camera");
 }
 
+TEST(TomlReader, AForgottenOrDoubledLetterIsAMisspellingToo) {
+  for (const char* key : {"exposre_s", "exposuure_s"})
+    EXPECT_NE(refusal_of(fmt::format("[camera]\nexposure_s = 1\n{} = 1\n", key))
+                  .find("did you mean \"exposure_s\"?"),
+              std::string::npos)
+        << key;
+}
+
 TEST(TomlReader, TheFirstUnknownKeyInTheFileIsTheOneRefused) {
-  EXPECT_NE(refusal_of("[camera]\nexposure_s = 0.01\nzzz = 1\naaa = 2\n").find("\"zzz\""),
-            std::string::npos);
+  for (const char* pair : {"zzz = 1\naaa = 2\n", "aaa = 1\nzzz = 2\n"})
+    EXPECT_EQ(refusal_of(fmt::format("[camera]\nexposure_s = 0.01\n{}", pair)).substr(0, 34),
+              fmt::format("street.toml:3:1: unknown key \"{}\"", std::string(pair, 3)));
 }
 
 TEST(TomlReader, AMissingKeyIsToldAtItsTable) {

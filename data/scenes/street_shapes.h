@@ -17,8 +17,9 @@ using Eigen::Vector3d;
 
 // clang-format off
 enum Surface {
-  asphalt, patch, paint, kerb, paving, brick, plaster, stone, sooty, trim, roof, door, glass, dim_room,
-  lit_room, bright_room, shop, metal, car_red, car_blue, car_grey, tyre, lamp_sodium, lamp_white, surfaces
+  asphalt, patch, paint, kerb, paving, brick, plaster, stone, sooty, trim, roof, door,
+  glass, dim_room, lit_room, bright_room, shop, metal, car_red, car_blue, car_grey, tyre,
+  lamp_sodium, lamp_white, surfaces
 };
 // clang-format on
 

@@ -1,0 +1,74 @@
+#include "realtime/gl_objects.h"
+
+#include <array>
+#include <stdexcept>
+
+namespace pluvia {
+
+GlBuffer make_buffer(const void* data, std::size_t bytes) {
+  static constexpr std::array<char, 16> zeros = {};
+  GLuint id = 0;
+  glCreateBuffers(1, &id);
+  if (bytes == 0)
+    glNamedBufferStorage(id, zeros.size(), zeros.data(), 0);
+  else
+    glNamedBufferStorage(id, static_cast<GLsizeiptr>(bytes), data, GL_DYNAMIC_STORAGE_BIT);
+  return GlBuffer(id);
+}
+
+GlTexture make_texture(GLenum format, int width, int height) {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  glTextureStorage2D(id, 1, format, width, height);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return GlTexture(id);
+}
+
+GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colors, GLuint depth) {
+  GLuint id = 0;
+  glCreateFramebuffers(1, &id);
+  GlFramebuffer framebuffer(id);
+  std::vector<GLenum> targets;
+  for (const GLuint color : colors) {
+    targets.push_back(static_cast<GLenum>(GL_COLOR_ATTACHMENT0 + targets.size()));
+    glNamedFramebufferTexture(id, targets.back(), color, 0);
+  }
+  if (depth) glNamedFramebufferTexture(id, GL_DEPTH_ATTACHMENT, depth, 0);
+  glNamedFramebufferDrawBuffers(id, static_cast<GLsizei>(targets.size()), targets.data());
+  if (glCheckNamedFramebufferStatus(id, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw std::runtime_error(
+        "OpenGL: an incomplete framebuffer; expected 32-bit float targets to "
+        "be drawable");
+  return framebuffer;
+}
+
+GlVertexArray make_vertex_array() {
+  GLuint id = 0;
+  glCreateVertexArrays(1, &id);
+  return GlVertexArray(id);
+}
+
+namespace {
+
+Image read_channels(const GlTexture& texture, int width, int height, GLenum format, int channels) {
+  Image image = make_image(width, height, channels);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glGetTextureImage(texture.id(), 0, format, GL_FLOAT,
+                    static_cast<GLsizei>(image.values.size() * sizeof(float)), image.values.data());
+  return image;
+}
+
+}  // namespace
+
+Image read_texture(const GlTexture& texture, int width, int height, int channels) {
+  return read_channels(texture, width, height, channels == 1 ? GL_RED : GL_RGB, channels);
+}
+
+Image read_alpha(const GlTexture& texture, int width, int height) {
+  return read_channels(texture, width, height, GL_ALPHA, 1);
+}
+
+}  // namespace pluvia

@@ -1,0 +1,34 @@
+// What the rain pass makes of a scene and an atlas before the first frame.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec4.hpp>
+
+#include "atlas/streak_atlas.h"
+#include "raytrace/scene.h"
+#include "raytrace/top_height.h"
+#include "realtime/rain_pass.h"
+
+namespace pluvia {
+
+// Throws std::runtime_error "scene: camera.exposure_s = 0.01 s; expected 0.0166667 s as in the
+// atlas" and alike for fall speed, radius, options out of range, and an atlas without layers, views
+// or lights.
+void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+// The finest level that any streak of the scene can need: the nearest is as near as the rain's box,
+// 0.1 m at least, in the picture's corner.
+int finest_level_needed(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
+                           const RenderOptions& options, const TopHeight& top);
+
+// Per layer, the layer of the mirrored drop.
+std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);
+
+std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);  // unit, drop frame
+std::vector<glm::vec4> atlas_views(const StreakAtlas& atlas);  // elevation in degrees, rows of path
+
+}  // namespace pluvia

@@ -1,0 +1,130 @@
+#include "realtime/rain_renderer.h"
+
+#include <chrono>
+#include <ctime>
+#include <optional>
+
+#include "atlas/image_io.h"
+#include "raytrace/drop_field.h"
+#include "realtime/composite_pass.h"
+#include "realtime/rain_pass.h"
+
+namespace pluvia {
+namespace {
+
+// Seconds since the last call, all commands finished: timer queries of a software rasteriser err by
+// orders of magnitude.
+class Stopwatch {
+ public:
+  double lap_s() {
+    glFinish();
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+struct RainRenderer::State {
+  GlContext context = {};  // first: the objects below need it until they are gone
+  Camera camera = {};
+  ScenePass scene = {};
+  std::optional<RainPass> rain = {};  // nothing: a scene without drops
+  GlTexture rain_sum = {};            // RGBA32F: radiance and tau
+  GlFramebuffer rain_target = {};
+  CompositePass composite = {};
+
+  void use() { context.make_current(); }
+  void make_rain_target();
+};
+
+void RainRenderer::State::make_rain_target() {
+  rain_sum = make_texture(GL_RGBA32F, camera.width_px, camera.height_px);
+  rain_target = make_framebuffer({rain_sum.id()}, scene.depth.id());
+  const float dry[4] = {0, 0, 0, 0};
+  glClearNamedFramebufferfv(rain_target.id(), GL_COLOR, 0, dry);
+}
+
+RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
+                           const RenderOptions& options)
+    : state_(std::make_unique<State>()) {
+  State& state = *state_;
+  state.camera = scene.camera;
+  std::optional<Image> map;
+  if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
+  state.scene = make_scene_pass(scene, map ? &*map : nullptr);
+  state.make_rain_target();
+  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px);
+  if (drop_count(scene.rain) > 0)
+    state.rain = make_rain_pass(scene, atlas, options,
+                                mean_environment(scene.environment, map ? &*map : nullptr));
+  state.context.check();
+}
+
+RainRenderer::~RainRenderer() {
+  state_->use();
+}
+
+Frame RainRenderer::render(double time_s) {
+  State& state = *state_;
+  state.use();
+  Frame frame;
+  const std::clock_t cpu_start = std::clock();
+  Stopwatch watch;
+  draw_scene(state.scene);
+  frame.timing.scene_s = watch.lap_s();
+  if (state.rain) {
+    frame.drops_in_view = place_rain(*state.rain, time_s);
+    draw_rain(*state.rain, state.rain_target);
+  }
+  frame.timing.rain_s = watch.lap_s();
+  draw_composite(state.composite, state.scene, state.rain_sum);
+  frame.timing.composite_s = watch.lap_s();
+  frame.timing.cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  const int width = state.camera.width_px, height = state.camera.height_px;
+  frame.color = read_texture(state.composite.color, width, height, 3);
+  frame.background = read_texture(state.composite.background, width, height, 3);
+  frame.rain = read_texture(state.rain_sum, width, height, 3);
+  frame.rain_tau = read_alpha(state.rain_sum, width, height);
+  frame.depth_m = read_texture(state.scene.depth_m, width, height, 1);
+  state.context.check();
+  return frame;
+}
+
+GlInfo RainRenderer::gl_info() const {
+  state_->use();
+  return state_->context.info();
+}
+
+std::vector<float> RainRenderer::drop_centres_m(double time_s) {
+  State& state = *state_;
+  state.use();
+  if (!state.rain) return {};
+  std::vector<float> centres = read_centres_m(*state.rain, time_s);
+  for (std::size_t i = 0; i < centres.size(); ++i)
+    centres[i] = static_cast<float>(static_cast<double>(centres[i]) +
+                                    state.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
+  state.context.check();
+  return centres;
+}
+
+StreakRecords RainRenderer::streak_records(double time_s) {
+  State& state = *state_;
+  state.use();
+  if (!state.rain) return {};
+  place_rain(*state.rain, time_s);
+  StreakRecords records = read_records(*state.rain);
+  state.context.check();
+  return records;
+}
+
+std::size_t RainRenderer::atlas_bytes() const {
+  return state_->rain ? state_->rain->sums_bytes : 0;
+}
+
+}  // namespace pluvia

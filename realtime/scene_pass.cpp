@@ -1,0 +1,175 @@
+#include "realtime/scene_pass.h"
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "realtime/shader.h"
+#include "realtime/to_glm.h"
+
+namespace pluvia {
+namespace {
+
+enum Binding : GLuint { uniforms_at, materials_at, triangle_material_at, lights_at, sky_map_at };
+
+ShaderDefines defines() {
+  return {{"SCENE_UNIFORMS", std::to_string(uniforms_at)},
+          {"MATERIALS", std::to_string(materials_at)},
+          {"TRIANGLE_MATERIAL", std::to_string(triangle_material_at)},
+          {"LIGHTS", std::to_string(lights_at)},
+          {"SKY_MAP", std::to_string(sky_map_at)},
+          {"SUBPIXELS", std::to_string(subpixels)},
+          {"NEAR_M", std::to_string(near_m)}};
+}
+
+struct GpuMaterial {
+  glm::vec4 base_color = {};
+  glm::vec4 emission_cd_m2 = {};
+};
+
+GlBuffer upload_materials(const Mesh& mesh) {
+  std::vector<GpuMaterial> materials;
+  for (const Material& material : mesh.materials)
+    materials.push_back({to_glm(material.base_color, 1), to_glm(material.emission_cd_m2, 0)});
+  return make_buffer(materials);
+}
+
+// From the camera, in double: the picture of a scene far from the origin is as good as near it.
+GlBuffer upload_positions(const Scene& scene) {
+  std::vector<glm::vec3> positions;
+  for (const Eigen::Vector3f& position : scene.mesh.positions_m)
+    positions.push_back(to_glm(position.cast<double>() - scene.camera.position_m));
+  return make_buffer(positions);
+}
+
+void upload_mesh(ScenePass& pass, const Scene& scene) {
+  pass.index_count = static_cast<int>(scene.mesh.indices.size());
+  pass.positions = upload_positions(scene);
+  pass.normals = make_buffer(scene.mesh.normals);
+  pass.indices = make_buffer(scene.mesh.indices);
+  pass.triangle_material = make_buffer(scene.mesh.triangle_material);
+  pass.materials = upload_materials(scene.mesh);
+  pass.vertices = make_vertex_array();
+  const GLuint array = pass.vertices.id();
+  const GLuint sources[] = {pass.positions.id(), pass.normals.id()};
+  for (GLuint i = 0; i < 2; ++i) {
+    glVertexArrayVertexBuffer(array, i, sources[i], 0, 3 * sizeof(float));
+    glVertexArrayAttribFormat(array, i, 3, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(array, i, i);
+    glEnableVertexArrayAttrib(array, i);
+  }
+  glVertexArrayElementBuffer(array, pass.indices.id());
+}
+
+GlTexture upload_sky(const Image* map) {
+  if (!map) return make_texture(GL_RGB32F, 1, 1);
+  GlTexture texture = make_texture(GL_RGB32F, map->width, map->height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(texture.id(), 0, 0, 0, map->width, map->height, GL_RGB, GL_FLOAT,
+                      map->values.data());
+  glTextureParameteri(texture.id(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTextureParameteri(texture.id(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
+  return texture;
+}
+
+void check_size(const char* what, int size, int factor) {
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+  if (size > largest / factor)
+    throw std::runtime_error(fmt::format("scene: {} = {} px; expected at most {} px on this OpenGL",
+                                         what, size, largest / factor));
+}
+
+void make_targets(ScenePass& pass) {
+  const int wide = pass.width * subpixels, high = pass.height * subpixels;
+  pass.color = make_texture(GL_RGBA32F, wide, high);
+  pass.color_depth = make_texture(GL_DEPTH_COMPONENT32F, wide, high);
+  pass.depth_m = make_texture(GL_R32F, pass.width, pass.height);
+  pass.depth = make_texture(GL_DEPTH_COMPONENT32F, pass.width, pass.height);
+  pass.color_target = make_framebuffer({pass.color.id()}, pass.color_depth.id());
+  pass.depth_target = make_framebuffer({pass.depth_m.id()}, pass.depth.id());
+}
+
+SceneUniforms scene_uniforms(const Scene& scene, const Image* map) {
+  SceneUniforms uniforms;
+  uniforms.camera = gpu_camera(scene.camera);
+  uniforms.ambient = mean_environment(scene.environment, map);
+  uniforms.ambient.w = map ? 1.0f : 0.0f;
+  uniforms.sky = map ? glm::vec4(static_cast<float>(scene.environment.scale_cd_m2))
+                     : to_glm(scene.environment.uniform_cd_m2, 0);
+  uniforms.sky.w = static_cast<float>(scene.lights.size());
+  return uniforms;
+}
+
+void bind_inputs(const ScenePass& pass) {
+  glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniforms.id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, materials_at, pass.materials.id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, triangle_material_at, pass.triangle_material.id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, lights_at, pass.lights.id());
+  glBindTextureUnit(sky_map_at, pass.sky_map.id());
+}
+
+void clear_depth(const GlFramebuffer& target) {
+  const float infinitely_far = 0;
+  glClearNamedFramebufferfv(target.id(), GL_DEPTH, 0, &infinitely_far);
+}
+
+void draw_surfaces(const ScenePass& pass, const GlProgram& program) {
+  if (pass.index_count == 0) return;
+  glEnable(GL_DEPTH_TEST);
+  glUseProgram(program.id());
+  glBindVertexArray(pass.vertices.id());
+  glDrawElements(GL_TRIANGLES, pass.index_count, GL_UNSIGNED_INT, nullptr);
+}
+
+}  // namespace
+
+ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
+  check_size("camera.width_px", scene.camera.width_px, subpixels);
+  check_size("camera.height_px", scene.camera.height_px, subpixels);
+  if (environment_map) check_size("width of environment.map", environment_map->width, 1);
+  ScenePass pass;
+  pass.width = scene.camera.width_px;
+  pass.height = scene.camera.height_px;
+  make_targets(pass);
+  upload_mesh(pass, scene);
+  const SceneUniforms uniforms = scene_uniforms(scene, environment_map);
+  pass.uniforms = make_buffer(&uniforms, sizeof(uniforms));
+  pass.lights = make_buffer(gpu_lights(scene));
+  pass.no_vertices = make_vertex_array();
+  pass.sky_map = upload_sky(environment_map);
+  pass.surface = build_program({"scene.vert", "scene.frag"}, defines());
+  pass.surface_depth = build_program({"scene.vert", "scene_depth.frag"}, defines());
+  pass.sky = build_program({"screen.vert", "sky.frag"}, defines());
+  return pass;
+}
+
+void draw_scene(const ScenePass& pass) {
+  bind_inputs(pass);
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.color_target.id());
+  glViewport(0, 0, subpixels * pass.width, subpixels * pass.height);
+  clear_depth(pass.color_target);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(pass.sky.id());
+  glBindVertexArray(pass.no_vertices.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  draw_surfaces(pass, pass.surface);
+
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.depth_target.id());
+  glViewport(0, 0, pass.width, pass.height);
+  clear_depth(pass.depth_target);
+  const float nothing[4] = {std::numeric_limits<float>::infinity(), 0, 0, 0};
+  glClearNamedFramebufferfv(pass.depth_target.id(), GL_COLOR, 0, nothing);
+  draw_surfaces(pass, pass.surface_depth);
+}
+
+}  // namespace pluvia

@@ -1,0 +1,40 @@
+// The scene without rain: linear radiance at 2 x 2 samples a pixel, depth at pixel centres.
+#pragma once
+
+#include <glm/vec4.hpp>
+
+#include "raytrace/scene.h"
+#include "realtime/gl_objects.h"
+#include "realtime/gpu_scene.h"
+
+namespace pluvia {
+
+constexpr int subpixels = 2;     // colour samples along each side of a pixel
+constexpr double near_m = 0.01;  // surfaces nearer to the camera's plane are not drawn
+
+struct SceneUniforms {  // scene_uniforms.glsl
+  GpuCamera camera = {};
+  glm::vec4 ambient = {};
+  glm::vec4 sky = {};
+};
+
+struct ScenePass {
+  int width = 0, height = 0, index_count = 0;
+  GlBuffer uniforms = {}, positions = {}, normals = {}, indices = {};
+  GlBuffer triangle_material = {}, materials = {}, lights = {};
+  GlVertexArray vertices = {}, no_vertices = {};
+  GlTexture sky_map = {};
+  GlTexture color = {}, color_depth = {};  // subpixels times as wide and high
+  GlTexture depth_m = {};                  // R32F; +inf where there is no surface
+  GlTexture depth = {};                    // the same for depth tests: near_m / depth_m, reversed
+  GlFramebuffer color_target = {}, depth_target = {};
+  GlProgram surface = {}, surface_depth = {}, sky = {};
+};
+
+// environment_map: nullptr where the scene names none. Throws std::runtime_error for a picture that
+// this OpenGL cannot hold.
+ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
+
+void draw_scene(const ScenePass& pass);
+
+}  // namespace pluvia

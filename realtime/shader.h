@@ -1,0 +1,37 @@
+// Shaders: the files of realtime/shaders, built into the program, so that it runs from anywhere;
+// their errors still name file and line.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <epoxy/gl.h>
+
+#include "realtime/gl_objects.h"
+
+namespace pluvia {
+
+using ShaderFiles = std::map<std::string, std::string>;    // name in realtime/shaders -> text
+using ShaderDefines = std::map<std::string, std::string>;  // constants shared with C++
+
+const ShaderFiles& embedded_shaders();  // written by realtime/cmake/embed_shaders.cmake
+
+struct ShaderSource {
+  std::string text = {};
+  std::vector<std::string> files = {};  // by the source number of #line
+};
+
+// The file with every #include "NAME" replaced by that file (once each), #line directives that
+// number the files, and the defines after #version. Throws std::runtime_error
+// "realtime/shaders/NAME:LINE: ..." for a missing file.
+ShaderSource flatten_shader(const std::string& name, const ShaderDefines& defines,
+                            const ShaderFiles& files = embedded_shaders());
+
+// Throws std::runtime_error "realtime/shaders/NAME:LINE: what the compiler says; expected ...".
+GlShader compile_shader(GLenum stage, const ShaderSource& source);
+
+// Stage by the ending of the name: .vert, .frag, .comp.
+GlProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines);
+
+}  // namespace pluvia

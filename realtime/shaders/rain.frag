@@ -1,0 +1,147 @@
+#version 450 core
+// C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env: here E S and coverage, averaged over the
+// pixel.
+//
+// A streak is a row of slanted strips, one per texel column. Each adds
+//   (area of strip and pixel) x (mean of the column between the rows where its centre line crosses)
+// and the mean is the difference of two cumulative sums: exact for any stretch of the rows, and no
+// tap ever leaves its cell.
+#include "rain_uniforms.glsl"
+#include "rain_streaks.glsl"
+
+layout(std430, binding = STREAKS) readonly buffer Streaks { Streak streaks[]; };
+layout(std430, binding = LIT_STREAKS) readonly buffer LitStreaks { LitStreak lit_streaks[]; };
+layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };
+layout(std430, binding = ATLAS_SPANS) readonly buffer AtlasSpans { ivec4 atlas_spans[]; };
+layout(binding = CUMULATIVE) uniform sampler2DArray cumulative_sums;
+
+flat in int streak_index;
+layout(location = 0) out vec4 radiance_and_tau;
+
+float cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
+
+// Area of the unit square on the near side of a line at signed distance d from its centre, with
+// normal n = (a, b), a >= b >= 0, a^2 + b^2 = 1.
+float half_plane_area(float d, float a, float b) {
+  float reach = 0.5 * (a + b), flat_reach = 0.5 * (a - b);
+  if (abs(d) <= flat_reach) return 0.5 + d / a;
+  float rest = max(reach - abs(d), 0.0);
+  float corner = rest * rest / max(2.0 * a * b, 1e-20);
+  return d > 0.0 ? 1.0 - corner : corner;
+}
+
+// raytrace/streak_placement.h
+float cell_row(float row, float path_rows, float cell_path_rows) {
+  if (row <= cell.x) return row;
+  if (row >= cell.x + path_rows) return row - path_rows + cell_path_rows;
+  return cell.x + (row - cell.x) / path_rows * cell_path_rows;
+}
+
+float cumulative(int i) {
+  return texelFetch(cumulative_sums,
+                    ivec3(i & SUMS_WIDTH - 1, i / SUMS_WIDTH & SUMS_HEIGHT - 1,
+                          i / (SUMS_WIDTH * SUMS_HEIGHT)), 0).r;
+}
+
+struct RowRange {  // in texels of one column: whole and part of both ends
+  ivec2 texel;
+  vec2 part;
+};
+
+RowRange row_range(vec2 rows, Streak streak, int view, float texels_per_row, int texels) {
+  RowRange range;
+  for (int i = 0; i < 2; ++i) {
+    float row = cell_row(rows[i], streak.path_rows, atlas_views[view].y) * texels_per_row;
+    row = clamp(row, 0.0, float(texels));
+    range.texel[i] = min(int(row), texels - 1);
+    range.part[i] = row - float(range.texel[i]);
+  }
+  return range;
+}
+
+float sum_between(RowRange range, int first) {
+  ivec2 i = first + range.texel;
+  float start = mix(cumulative(i.x), cumulative(i.x + 1), range.part.x);
+  return mix(cumulative(i.y), cumulative(i.y + 1), range.part.y) - start;
+}
+
+// Rows between which the line `offset + t row` (relative to the pixel's centre) is inside the
+// pixel.
+vec2 rows_inside(vec2 offset, vec2 row) {
+  vec2 direction = mix(row, vec2(1e-9), lessThan(abs(row), vec2(1e-9)));
+  vec2 a = (-0.5 - offset) / direction, b = (0.5 - offset) / direction;
+  vec2 low = min(a, b), high = max(a, b);
+  vec2 rows = vec2(max(low.x, low.y), min(high.x, high.y));
+  // A line through a corner has no length there: take the density around it. 0.02 px is below
+  // anything visible and keeps the difference of sums above their rounding.
+  float middle = 0.5 * (rows.x + rows.y);
+  float half_length = max(0.5 * (rows.y - rows.x), 0.02 / length(row));
+  return vec2(middle - half_length, middle + half_length);
+}
+
+// rgb: radiance, a: coverage of one column of texels between two rows, per unit of weight.
+vec4 column_sum(Streak streak, vec2 rows, int column, int view) {
+  ivec4 span = atlas_spans[streak.level * counts.w + view];  // base, texels, cell stride, columns
+  RowRange range = row_range(rows, streak, view, exp2(-float(streak.level)), span.y);
+  int cells = counts.z + 2, pitch = span.y + 1;
+  int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
+  vec4 sum = vec4(0);
+  for (int i = 0; i < counts.y; ++i) {
+    LitStreak lit = lit_streaks[streak_index * counts.y + i];
+    int layer_cell = int(lit.cell >> 16) * cells + int(lit.cell >> 1 & 0x7fffu);
+    int first = ((lit.cell & 1u) != 0u ? mirrored : plain) + layer_cell * span.z;
+    sum.rgb += vec3(lit.red_lux, lit.green_lux, lit.blue_lux) * sum_between(range, first);
+  }
+  int environment_cell = streak.layer * cells + counts.z;
+  if (environment.w != 0.0)
+    sum.rgb += environment.rgb * sum_between(range, plain + environment_cell * span.z);
+  sum.a = sum_between(range, plain + (environment_cell + 1) * span.z);
+  return sum;
+}
+
+vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float reach) {
+  vec2 normal = abs(streak.row_px) / length(streak.row_px);
+  float a = max(normal.x, normal.y), b = min(normal.x, normal.y);
+  float px_per_column = abs(cross2(streak.column_px, streak.row_px)) / length(streak.row_px);
+  vec2 d = (strip - pixel_place.x) * px_per_column;
+  float area = half_plane_area(d.y, a, b) - half_plane_area(d.x, a, b);
+  if (!(area > 0.0)) return vec4(0);
+  // The centre of that part of the strip which meets the pixel: its line crosses the pixel.
+  float centre = 0.5 * (max(strip.x - pixel_place.x, -reach) + min(strip.y - pixel_place.x, reach));
+  vec2 rows = pixel_place.y + rows_inside(centre * streak.column_px, streak.row_px);
+  float weight = area / (rows.y - rows.x);
+  rows = min(rows, streak.clip_row);
+  vec4 sum = streak.view_weight.x * column_sum(streak, rows, column, streak.view.x);
+  if (streak.view_weight.y > 0.0)
+    sum += streak.view_weight.y * column_sum(streak, rows, column, streak.view.y);
+  return weight * sum;
+}
+
+// -log(1 - c), c the share of pixel and exposure that is covered. c = 1 would be a drop that stands
+// still before the whole pixel; 14 optical depths hide the background as well as infinity does.
+float optical_depth(float c) {
+  if (c < 0.03) return c * (1.0 + c * (0.5 + c * (1.0 / 3.0 + c * 0.25)));  // 1 - c would round c
+  return -log(max(1.0 - c, 1e-6));
+}
+
+void main() {
+  Streak streak = streaks[streak_index];
+  vec2 offset = gl_FragCoord.xy - streak.origin_px;
+  float determinant = cross2(streak.column_px, streak.row_px);
+  vec2 pixel_place = vec2(cross2(offset, streak.row_px), cross2(streak.column_px, offset)) /
+                     determinant;
+  // Half the pixel's extent in columns.
+  float reach = 0.5 * (abs(streak.row_px.x) + abs(streak.row_px.y)) / abs(determinant);
+  float texel = exp2(float(streak.level));
+  int last_column = int(cell.y / texel + 0.5) - 1;
+  int first = max(int(floor((pixel_place.x - reach) / texel)), 0);
+  int last = min(int(floor((pixel_place.x + reach) / texel)), last_column);
+  vec4 sum = vec4(0);
+  for (int column = first; column <= last; ++column) {
+    vec2 strip = texel * vec2(column, column + 1);
+    sum += strip_value(streak, pixel_place, strip, column, reach);
+  }
+  // Added up by the blender in the order of the streaks: GL keeps the order of primitives within a
+  // pixel, so float sums come out the same whatever the number of threads.
+  radiance_and_tau = vec4(sum.rgb, optical_depth(sum.a));
+}

@@ -1,0 +1,106 @@
+#version 450 core
+// One record per visible drop, in order of id, and one per drop and light.
+#include "rain_placement.glsl"
+#include "rain_rank.glsl"
+#include "rain_streaks.glsl"
+
+layout(local_size_x = GROUP_SIZE) in;
+layout(std430, binding = GROUP_STARTS) readonly buffer GroupStarts { uint group_starts[]; };
+layout(std430, binding = STREAKS) writeonly buffer Streaks { Streak streaks[]; };
+layout(std430, binding = LIT_STREAKS) writeonly buffer LitStreaks { LitStreak lit_streaks[]; };
+
+struct Light {
+  vec4 position_m;  // from the camera
+  vec4 intensity_cd;
+};
+layout(std430, binding = LIGHTS) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = ATLAS_LIGHTS) readonly buffer AtlasLights { vec4 atlas_lights[]; };
+layout(std430, binding = ATLAS_LAYERS) readonly buffer AtlasLayers { int mirrored_layer[]; };
+layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };  // x: deg
+layout(std430, binding = REFUSED) buffer Refused { uint light_inside_drop; };
+
+const float degrees_per_radian = 57.29577951308232;
+
+// The light of the atlas nearest to a folded direction; ties: the lower index. A tie is what lies
+// within the rounding of float: 1e-6 of squared chord is 0.0003 degrees at 10 degrees.
+uint nearest_light(vec3 wanted) {
+  uint nearest = 0u;
+  float least = 5.0;  // a squared chord is at most 4
+  for (int i = 0; i < counts.z; ++i) {
+    vec3 chord = wanted - atlas_lights[i].xyz;
+    float squared = dot(chord, chord);
+    if (squared < least - 1e-6) {
+      least = squared;
+      nearest = uint(i);
+    }
+  }
+  return nearest;
+}
+
+// atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's, seen from below the
+// light's elevation turns over.
+LitStreak lit_streak(Light light, Placement placed, int layer) {
+  vec3 to_light = light.position_m.xyz - placed.middle_m;
+  float distance_m = length(to_light);
+  if (!(distance_m > velocity_m_s.w)) atomicOr(light_inside_drop, 1u);
+  vec3 direction = to_light / max(distance_m, velocity_m_s.w);
+  DropFrame frame = placed.frame;
+  vec3 folded = vec3(dot(direction, frame.x), dot(direction, frame.y), dot(direction, frame.z));
+  if (frame.sin_view < 0.0) folded.z = -folded.z;
+  bool mirrored = folded.y < 0.0;
+  folded.y = abs(folded.y);
+  uint set = uint(mirrored ? mirrored_layer[layer] : layer);
+  vec3 lux = light.intensity_cd.rgb / max(distance_m * distance_m, velocity_m_s.w * velocity_m_s.w);
+  return LitStreak(lux.r, lux.g, lux.b,
+                   set << 16 | nearest_light(folded) << 1 | (mirrored ? 1u : 0u));
+}
+
+void choose_views(float elevation_deg, out ivec2 view, out vec2 weight) {
+  int above = 0;
+  while (above < counts.w && atlas_views[above].x <= elevation_deg) ++above;
+  view = ivec2(clamp(above - 1, 0, counts.w - 1), clamp(above, 0, counts.w - 1));
+  weight = vec2(1, 0);
+  if (above == 0 || above == counts.w) return;
+  float low = atlas_views[view.x].x, high = atlas_views[view.y].x;
+  weight.y = (elevation_deg - low) / (high - low);
+  weight.x = 1.0 - weight.y;
+}
+
+int choose_level(vec2 column_px, vec2 row_px) {
+  float width_px = abs(column_px.x * row_px.y - column_px.y * row_px.x) / length(row_px);
+  float level = floor(log2(cell.z / width_px));
+  return int(clamp(level, float(sizes.y), float(sizes.z)));
+}
+
+void write_streak(uint place, Drop drop, Placement placed) {
+  Streak streak;
+  streak.origin_px = placed.origin_px;
+  streak.column_px = placed.column_px;
+  streak.row_px = placed.row_px;
+  streak.path_rows = placed.path_rows;
+  streak.clip_row = placed.clip_row;
+  streak.depth_m = placed.depth_m;
+  // atan: a driver's asin may err by 5e-4.
+  streak.view_elevation_deg =
+      degrees_per_radian * atan(placed.frame.sin_view, placed.frame.cos_view);
+  streak.level = choose_level(placed.column_px, placed.row_px);
+  streak.layer = drop.layer;
+  choose_views(abs(streak.view_elevation_deg), streak.view, streak.view_weight);
+  streaks[place] = streak;
+  for (uint i = 0u; i < uint(counts.y); ++i)
+    lit_streaks[place * uint(counts.y) + i] = lit_streak(lights[i], placed, drop.layer);
+}
+
+void main() {
+  uint k = gl_GlobalInvocationID.x;
+  Drop drop;
+  Placement placed;
+  bool visible = false;
+  if (k < uint(counts.x)) {
+    drop = drop_at(k);
+    visible = place_streak(drop, placed) && in_picture(placed);
+  }
+  uint total;
+  uint rank = rank_in_group(visible, total);
+  if (visible) write_streak(group_starts[gl_WorkGroupID.x] + rank, drop, placed);
+}

@@ -1,0 +1,5 @@
+#version 450 core
+// One triangle over the whole picture, at infinite distance (reversed depth 0).
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1);
+}

@@ -1,0 +1,38 @@
+// What the GPU decides about each visible drop: read back by tests, drawn by rain.vert and
+// rain.frag. The layout is that of rain_streaks.glsl (std430).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+namespace pluvia {
+
+struct StreakRecord {  // StreakPlacement of raytrace/streak_placement.h, in float
+  glm::vec2 origin_px = {};
+  glm::vec2 column_px = {};
+  glm::vec2 row_px = {};
+  float path_rows = 0;
+  float clip_row = 0;  // 1e30 for a drop that does not hit
+  float depth_m = 0;
+  float view_elevation_deg = 0;
+  std::int32_t level = 0;  // of the atlas
+  std::int32_t layer = 0;  // oscillation set, for environment and coverage
+  glm::ivec2 view = {};
+  glm::vec2 view_weight = {};
+};
+static_assert(sizeof(StreakRecord) == 64);
+
+struct LitStreakRecord {
+  float irradiance_lux[3] = {};
+  std::uint32_t cell = 0;  // layer << 16 | light of the atlas << 1 | mirrored
+};
+static_assert(sizeof(LitStreakRecord) == 16);
+
+struct StreakRecords {  // in order of the drops' ids; lit: as many per streak as lights
+  std::vector<StreakRecord> streaks = {};
+  std::vector<LitStreakRecord> lit = {};
+};
+
+}  // namespace pluvia
