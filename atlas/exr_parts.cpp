@@ -62,8 +62,9 @@ class ViewInput : public Imf::IStream {
   std::size_t position_ = 0;
 };
 
-Imf::Header header_of(const ExrPart& part) {
-  Imf::Header header(part.width, part.height);
+// OpenEXR wants one display window for all parts: `whole` holds the largest.
+Imf::Header header_of(const ExrPart& part, const Imath::Box2i& whole) {
+  Imf::Header header(whole, Imath::Box2i({0, 0}, {part.width - 1, part.height - 1}));
   header.setName(part.name);
   header.setType(Imf::SCANLINEIMAGE);
   header.compression() = Imf::ZIP_COMPRESSION;
@@ -127,8 +128,13 @@ ExrPart read_part(Imf::MultiPartInputFile& input, int index, std::size_t file_si
 
 std::string exr_bytes(const std::vector<ExrPart>& parts) {
   assert(!parts.empty());
+  Imath::Box2i whole;
+  for (const ExrPart& part : parts) {
+    whole.extendBy(Imath::V2i(0, 0));
+    whole.extendBy(Imath::V2i(part.width - 1, part.height - 1));
+  }
   std::vector<Imf::Header> headers;
-  for (const ExrPart& part : parts) headers.push_back(header_of(part));
+  for (const ExrPart& part : parts) headers.push_back(header_of(part, whole));
   StringOutput stream;
   {  // the file's tables are written when it goes out of scope
     Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()));

@@ -7,7 +7,7 @@
 // taps to the cell (cell_rect below).
 //
 // On disk: DIR/atlas.json (version, tables) and DIR/oscNN.exr, multi-part: point_mip0 .., env_mip0 ..,
-// coverage_mip0 ..; 32-bit float, ZIP, channel Y.
+// coverage_mip0 ..; 32-bit float, ZIP, channel Y. atlas.json is written last and holds the layers' hashes.
 #pragma once
 
 #include <string>
@@ -29,7 +29,7 @@ struct AtlasView {               // one row of cells
 struct AtlasLayer {              // one oscillation set; level -> picture
   int oscillation = 0;
   std::vector<Image> point = {};     // columns: one cell per light direction
-  std::vector<Image> env = {};       // one column of cells
+  std::vector<Image> env = {};       // one column of cells; empty where the shards have no env part
   std::vector<Image> coverage = {};  // one column of cells
 };
 

@@ -17,8 +17,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 namespace pluvia {
 
 struct LightDirection {
@@ -59,7 +57,8 @@ struct Shard {
 // sqrt(sum of variances / sum of squared means); 0 for an image that is zero everywhere.
 double estimated_relative_error(const StreakImage& image);
 
-// The file's bytes are a function of the shard alone. Refuses NaN, infinity, negative values and wrong
+// The file's bytes are a function of the shard alone; its name should be shard_name(key) + ".exr", or
+// read_shard refuses it. Refuses NaN, infinity, negative values and wrong
 // sizes (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
 std::string write_shard(const std::string& file, const Shard& shard);
 
@@ -82,7 +81,7 @@ struct ShardRecord {
 struct Manifest {
   static constexpr int version = 1;
   std::string preset = {};      // name of the preset
-  std::string parameters = {};  // every resolved parameter, as a JSON object's text
+  std::string parameters = {};  // every resolved parameter, as a JSON object's text; read back compact
   unsigned long long seed = 0;
   std::string instruction_set = {};
   double mean_radius_m = 0;
