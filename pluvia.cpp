@@ -1,9 +1,239 @@
+// pluvia: the one program. Each subcommand reads, calls one function of a folder, writes, and says what.
+
+#include <unistd.h>
+
+#include <chrono>
 #include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include "atlas/atomic_file.h"
+#include "atlas/image_io.h"
 #include "raytrace/generate.h"
-#include "validate/real_factors.h"
-int main(int c,char**v){ auto p=pluvia::read_preset(v[1]); if(c>4){p.view_elevations_deg={atoi(v[4])};} auto s=pluvia::generate_database(p,v[2],[](const std::string&w,double x){static double l=0; if(x>l+.1){l=x;fprintf(stderr,"%s %.2f\n",w.c_str(),x);}});
- printf("%d %d %.1f\n",s.traced,s.found,s.cpu_s);
- auto m=pluvia::read_manifest(v[2]); auto f=pluvia::compare_factors(v[2],m,pluvia::read_real_factors(v[3]));
- for(int o=-1;o<10;o++){printf("osc %d: ",o);for(int e:{10,50,90})printf(" %d: %.4f",e,pluvia::factor_rms(f,o,e));printf("\n");}
- for(auto&r:f.residuals) if(r.real.oscillation==0||r.real.oscillation==2||r.real.oscillation==4||r.real.oscillation==3) printf("osc%d v%d h%d %.3f\n",r.real.oscillation,r.real.light.elevation_deg,r.real.light.azimuth_deg,r.log10_ratio);
+#include "realtime/rain_renderer.h"
+#include "realtime/video.h"
+#include "validate/fidelity.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A bar with the time left on a terminal; a plain line every ten seconds elsewhere.
+struct ProgressLine {
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const Clock::time_point start = Clock::now();
+  Clock::time_point shown = start;
+
+  void operator()(const std::string& what, double share) {
+    if (share < 1 && seconds_since(shown) < (terminal ? 0.1 : 10)) return;
+    shown = Clock::now();
+    const double left_s = share > 0 ? seconds_since(start) * (1 - share) / share : 0;
+    const std::string eta = share > 0.01 ? fmt::format(", {:.0f} s left", left_s) : "";
+    if (terminal) {
+      const auto full = static_cast<std::size_t>(30 * share);
+      fmt::print(stderr, "\r\033[K[{:<30}] {:3.0f} % {}{}{}", std::string(full, '#'), 100 * share,
+                 what, eta, share < 1 ? "" : "\n");
+    } else {
+      fmt::print(stderr, "{:3.0f} % {}{}\n", 100 * share, what, eta);
+    }
+    std::fflush(stderr);
+  }
+};
+
+struct GenerateFlags {
+  std::string preset = {}, out = {};
+  std::vector<int> views = {}, oscillations = {};
+  std::optional<double> cone_half_angle_deg = {};
+  int threads = 0;
+};
+
+void generate(const GenerateFlags& flags) {
+  std::optional<tbb::global_control> limit;
+  if (flags.threads > 0) {
+    limit.emplace(tbb::global_control::max_allowed_parallelism,
+                  static_cast<std::size_t>(flags.threads));
+  }
+  pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  if (!flags.views.empty()) preset.view_elevations_deg = flags.views;
+  if (!flags.oscillations.empty()) preset.oscillations = flags.oscillations;
+  if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
+  const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
+  fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out,
+             summary.traced, summary.cpu_s, summary.found);
+}
+
+struct PackFlags {
+  std::string database = {}, out = {};
+};
+
+void pack(const PackFlags& flags) {
+  pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database));
+  fmt::print("{}: packed from {}\n", flags.out, flags.database);
+}
+
+struct RenderFlags {
+  std::string scene = {}, atlas = {}, out = {};
+  int frames = 1;
+  int frames_per_s = 24;
+  double start_s = 1;
+};
+
+void render(const RenderFlags& flags) {
+  const pluvia::Scene scene = pluvia::read_scene(flags.scene);
+  pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas));
+  pluvia::make_folder(flags.out);
+  std::optional<pluvia::VideoWriter> video;
+  if (flags.frames > 1 && pluvia::ffmpeg_is_present()) {
+    video.emplace(flags.out + "/rain.mp4", scene.camera.width_px, scene.camera.height_px,
+                  flags.frames_per_s);
+  }
+  ProgressLine progress;
+  double rain_s = 0;
+  for (int k = 0; k < flags.frames; ++k) {
+    const pluvia::Frame frame =
+        renderer.render(flags.start_s + static_cast<double>(k) / flags.frames_per_s);
+    rain_s += frame.timing.rain_s / flags.frames;
+    const std::string name = fmt::format("{}/frame_{:04d}", flags.out, k);
+    pluvia::write_exr(name + ".exr", frame.color);
+    pluvia::write_png(name + ".png", frame.color, scene.camera.white_cd_m2);
+    if (video) video->add(frame.color, scene.camera.white_cd_m2);
+    progress(name, static_cast<double>(k + 1) / flags.frames);
+  }
+  if (video) video->finish();
+  fmt::print("{}: {} frames{}, rain {:.0f} ms a frame on {}\n", flags.out, flags.frames,
+             video ? " and rain.mp4" : "", 1e3 * rain_s, renderer.gl_info().renderer);
+}
+
+struct ValidateFlags {
+  pluvia::FidelityInputs inputs = {};
+  std::string out = {};
+};
+
+// False when a check failed; the report is written all the same.
+bool validate(const ValidateFlags& flags) {
+  const pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
+  pluvia::write_report(flags.out, report);
+  bool passed = true;
+  for (const pluvia::Check& check : report.checks) {
+    passed = passed && pluvia::passes(check);
+    const bool headline = check.name == "sphere.energy.p2" ||
+                          check.name == "gn2006.log_factor_rms.osc0" ||
+                          check.name == "frame.composite";
+    if (headline || !pluvia::passes(check)) {
+      fmt::print("{:<4} {:<28} {:.5f} (at most {} {})\n", pluvia::passes(check) ? "ok" : "FAIL",
+                 check.name, check.value, check.bound, check.unit);
+    }
+  }
+  return passed;
+}
+
+CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
+  CLI::App* command = app.add_subcommand("generate", "trace a streak database from a preset");
+  command->add_option("preset", flags.preset, "preset, TOML")->required();
+  command->add_option("--out", flags.out, "folder of the database; a killed run resumes")->required();
+  command->add_option("--views", flags.views, "view elevations [deg] instead of the preset's")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 80));
+  command->add_option("--oscillations", flags.oscillations, "sets instead of the preset's")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 99));
+  command
+      ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
+                   "of every light, instead of the preset's")
+      ->check(CLI::Range(0.05, 30.0));
+  command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
+  command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
+  return command;
+}
+
+CLI::App* add_pack(CLI::App& app, PackFlags& flags) {
+  CLI::App* command = app.add_subcommand("pack", "pack a database into the atlas a renderer reads");
+  command->add_option("database", flags.database, "folder of the database")->required();
+  command->add_option("--out", flags.out, "folder of the atlas")->required();
+  command->footer("example: pluvia pack db --out atlas");
+  return command;
+}
+
+CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
+  CLI::App* command = app.add_subcommand("render", "render rain in a scene, in real time");
+  command->add_option("scene", flags.scene, "scene, TOML")->required();
+  command->add_option("--atlas", flags.atlas, "folder of the atlas")->required();
+  command->add_option("--out", flags.out, "folder of the frames: EXR, PNG, rain.mp4")->required();
+  command->add_option("--frames", flags.frames, "number of frames")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command->add_option("--frames-per-s", flags.frames_per_s, "frame rate")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--start-s", flags.start_s, "time of the first frame")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->footer("example: pluvia render data/scenes/street.toml --atlas atlas --out frames");
+  return command;
+}
+
+CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
+  CLI::App* command = app.add_subcommand("validate", "measure fidelity and write the report");
+  flags.inputs.data_folder = PLUVIA_DATA_DIR;
+  flags.inputs.scene_file = flags.inputs.data_folder + "/scenes/street.toml";
+  command->add_option("--database", flags.inputs.database_folder, "folder of the database")
+      ->required();
+  command->add_option("--atlas", flags.inputs.atlas_folder, "folder of its atlas")->required();
+  command->add_option("--scene", flags.inputs.scene_file, "scene of the checked frame")
+      ->capture_default_str();
+  command->add_option("--data", flags.inputs.data_folder, "the project's data folder")
+      ->capture_default_str();
+  command->add_option("--out", flags.out, "folder of report.json and index.html")->required();
+  command->footer("example: pluvia validate --database db --atlas atlas --out report");
+  return command;
+}
+
+std::string command_line(int argc, char** argv) {
+  std::string line;
+  for (int i = 0; i < argc; ++i) line += (i > 0 ? " " : "") + std::string(argv[i]);
+  return line;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Pluvia: physically based rain streaks", "pluvia");
+  app.require_subcommand(1);
+  GenerateFlags generate_flags;
+  PackFlags pack_flags;
+  RenderFlags render_flags;
+  ValidateFlags validate_flags;
+  CLI::App* const generate_command = add_generate(app, generate_flags);
+  CLI::App* const pack_command = add_pack(app, pack_flags);
+  CLI::App* const render_command = add_render(app, render_flags);
+  CLI::App* const validate_command = add_validate(app, validate_flags);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    fmt::print(stderr, "pluvia: {}; see pluvia --help\n", error.what());
+    return 2;
+  }
+  const std::string name = "pluvia " + app.get_subcommands().front()->get_name();
+  try {
+    if (*generate_command) generate(generate_flags);
+    if (*pack_command) pack(pack_flags);
+    if (*render_command) render(render_flags);
+    validate_flags.inputs.commands = {command_line(argc, argv)};
+    if (*validate_command && !validate(validate_flags)) return 1;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", name, error.what());
+    return 1;
+  }
+  return 0;
 }

@@ -12,6 +12,10 @@ namespace {
 
 constexpr const char* folder = "realtime/shaders/";
 
+// File n's line i is line n lines_per_file + i of the flat text: Mesa drops the source number that
+// #line may carry.
+constexpr std::size_t lines_per_file = 10000;
+
 struct Flattener {
   const ShaderFiles& files;
   const ShaderDefines& defines;
@@ -32,7 +36,7 @@ struct Flattener {
     const auto number = source.files.size();
     source.files.push_back(folder + name);
     // #version must come first: no #line before the root file's own.
-    if (number > 0) source.text += fmt::format("#line 1 {}\n", number);
+    if (number > 0) source.text += fmt::format("#line {}\n", number * lines_per_file + 1);
     append_lines(file->second, number);
   }
 
@@ -40,7 +44,7 @@ struct Flattener {
     static const std::regex include(R"re(\s*#include\s+"([^"]+)"\s*)re");
     std::istringstream lines(text);
     std::string line;
-    for (int i = 1; std::getline(lines, line); ++i) {
+    for (std::size_t i = 1; std::getline(lines, line); ++i) {
       std::smatch match;
       const bool version = line.starts_with("#version");
       if (std::regex_match(line, match, include))
@@ -49,20 +53,21 @@ struct Flattener {
         source.text += line + "\n", append_defines();
       else
         source.text += line + "\n";
-      if (version || !match.empty()) source.text += fmt::format("#line {} {}\n", i + 1, number);
+      if (version || !match.empty())
+        source.text += fmt::format("#line {}\n", number * lines_per_file + i + 1);
     }
   }
 };
 
 // Mesa writes "SOURCE:LINE(COLUMN): error: TEXT", NVIDIA "SOURCE(LINE) : error CODE: TEXT".
 std::string first_error(const std::string& log, const ShaderSource& source) {
-  static const std::regex mesa(R"((\d+):(\d+)\(\d+\): error: ([^\n]*))");
-  static const std::regex nvidia(R"((\d+)\((\d+)\) : error ([^\n]*))");
+  static const std::regex mesa(R"(\d+:(\d+)\(\d+\): error: ([^\n]*))");
+  static const std::regex nvidia(R"(\d+\((\d+)\) : error ([^\n]*))");
   std::smatch match;
   if (std::regex_search(log, match, mesa) || std::regex_search(log, match, nvidia)) {
-    const auto number = std::stoul(match[1]);
+    const std::size_t line = std::stoul(match[1]), number = line / lines_per_file;
     if (number < source.files.size())
-      return fmt::format("{}:{}: {}", source.files[number], match[2].str(), match[3].str());
+      return fmt::format("{}:{}: {}", source.files[number], line % lines_per_file, match[2].str());
   }
   return source.files.front() + ": " + log.substr(0, log.find('\n'));
 }

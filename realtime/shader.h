@@ -19,7 +19,7 @@ const ShaderFiles& embedded_shaders();  // written by realtime/cmake/embed_shade
 
 struct ShaderSource {
   std::string text = {};
-  std::vector<std::string> files = {};  // by the source number of #line
+  std::vector<std::string> files = {};  // by what #line says
 };
 
 // The file with every #include "NAME" replaced by that file (once each), #line directives that

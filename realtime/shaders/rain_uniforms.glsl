@@ -9,7 +9,7 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 box_size_m;      // w: exposure in s
   vec4 velocity_m_s;    // of all drops; w: mean radius in m
   vec4 top_grid_m;      // corner of the top height grid (x, y), its texel, its default height
-  vec4 cell;            // path_top_row; cell width; widest texel on screen in px; rows below the path
+  vec4 cell;            // path_top_row; cell width; widest texel in px; rows below the path
   vec4 environment;     // radiance in cd/m^2
   uvec4 fall;           // phase, round (FallState); phase, place (RainSeeds)
   ivec4 counts;         // drops, lights of the scene, lights of the atlas, views

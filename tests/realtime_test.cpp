@@ -1,0 +1,208 @@
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "atlas/atlas_lookup.h"
+#include "atlas/atomic_file.h"
+#include "raytrace/drop_field.h"
+#include "raytrace/streak_placement.h"
+#include "realtime/rain_renderer.h"
+#include "tests/realtime_fixture.h"
+#include "tests/synthetic_atlas.h"
+
+namespace pluvia {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+const StreakAtlas& shared_atlas() {
+  static const StreakAtlas atlas = synthetic_atlas();
+  return atlas;
+}
+
+StreakGeometry geometry_of(const StreakAtlas& atlas) {
+  return {atlas.pixel_m, static_cast<double>(atlas.cell_width_px), atlas.exposure_s,
+          atlas.views[0].path_top_row};
+}
+
+TopHeight top_of(const Scene& scene) {
+  return top_height(scene.mesh, scene.rain, TopHeight{}.texel_m);
+}
+
+TEST(RainRenderer, DropsAreWhereTheDropFieldSaysAlsoAfterADay) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = rainy_scene(5000);
+  RainRenderer renderer(scene, shared_atlas());
+  for (const double time_s : {0.0, 3.7, 86400.0, 86400.0 * 30 + 0.123}) {
+    const auto drops = drop_field(scene, top_of(scene), 10, time_s);
+    const std::vector<float> centres = renderer.drop_centres_m(time_s);
+    ASSERT_EQ(centres.size(), 3 * drops.size());
+    double worst_m = 0;
+    for (std::size_t i = 0; i < centres.size(); ++i)
+      worst_m = std::max(worst_m, std::abs(static_cast<double>(centres[i]) -
+                                           drops[i / 3].centre_m[static_cast<int>(i % 3)]));
+    // Integers decide everything but the last product: 2^-24 of an 18 m box is 1e-6 m.
+    EXPECT_LT(worst_m, 5e-6) << "at " << time_s << " s";
+  }
+}
+
+struct View {
+  const char* name;
+  Eigen::Vector3d position_m, target_m;
+};
+
+const View views[] = {{"level", {0.3, -0.4, 1.6}, {1, 5, 2.1}},
+                      {"looking up", {0.3, 0.4, 0.5}, {1, 1.5, 5}},
+                      {"looking down", {0.1, -0.4, 6.5}, {1, 2, 0}},
+                      {"straight up the fall", {0.3, 0.4, 0.5}, {0.3, 0.4, 5}},
+                      {"straight down the fall", {0.3, 0.4, 9}, {0.3, 0.4, 0}}};
+
+double angle_between_deg(const LightDirection& light, const FoldedAngles& wanted) {
+  const double v = light.elevation_deg * degree, w = wanted.light_elevation_deg * degree;
+  const double h = (light.azimuth_deg - wanted.light_azimuth_deg) * degree;
+  const Eigen::Vector3d a(std::cos(v) * std::cos(h), std::cos(v) * std::sin(h), std::sin(v));
+  const Eigen::Vector3d b(std::cos(w), 0, std::sin(w));
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / degree;
+}
+
+// A float holds a pixel coordinate of 1e3 to 6e-5; angles come from an atan of 3e-6 rad.
+void expect_same_placement(const StreakRecord& record, const StreakPlacement& placed) {
+  const auto near = [](const glm::vec2& a, const Eigen::Vector2d& b, double bound) {
+    EXPECT_NEAR(static_cast<double>(a.x), b.x(), bound);
+    EXPECT_NEAR(static_cast<double>(a.y), b.y(), bound);
+  };
+  const double px = placed.origin_px.norm() + placed.row_px.norm() * 500;
+  near(record.origin_px, placed.origin_px, 1e-5 * px + 1e-3);
+  near(record.column_px, placed.column_px, 1e-4 * placed.column_px.norm());
+  near(record.row_px, placed.row_px, 1e-4 * placed.row_px.norm());
+  EXPECT_NEAR(static_cast<double>(record.path_rows), placed.path_rows, 1e-3);
+  EXPECT_NEAR(static_cast<double>(record.depth_m), placed.depth_m, 1e-5);
+  EXPECT_NEAR(static_cast<double>(record.view_elevation_deg), placed.view_elevation_deg, 1e-3);
+  if (std::isinf(placed.clip_row))
+    EXPECT_GT(record.clip_row, 1e29f);
+  else
+    EXPECT_NEAR(static_cast<double>(record.clip_row), placed.clip_row, 0.02);
+}
+
+void expect_same_cells(const StreakAtlas& atlas, const StreakRecord& record,
+                       const LitStreakRecord& lit, const LitStreak& expected,
+                       const StreakPlacement& placed, int oscillation) {
+  const FoldedAngles folded = fold_angles(placed.view_elevation_deg, expected.light_elevation_deg,
+                                          expected.light_azimuth_deg, oscillation);
+  const CellChoice choice = choose_cells(atlas, folded);
+  for (int view = 0; view < static_cast<int>(atlas.views.size()); ++view) {
+    double wanted = 0, found = 0;  // a view named twice or with weight 0 counts for what it adds
+    for (int i = 0; i < 2; ++i) {
+      wanted += choice.view[i] == view ? choice.view_weight[i] : 0;
+      found += record.view[i] == view ? static_cast<double>(record.view_weight[i]) : 0;
+    }
+    EXPECT_NEAR(found, wanted, 1e-4);  // 1e-3 of 20 degrees
+  }
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(static_cast<double>(lit.irradiance_lux[c]), expected.irradiance_lux[c],
+                1e-5 * expected.irradiance_lux.norm());
+  // Half-way between two lights rounding decides: then both are as near.
+  const auto light = static_cast<std::size_t>(lit.cell >> 1 & 0x7fff);
+  EXPECT_NEAR(angle_between_deg(atlas.lights[light], folded),
+              angle_between_deg(atlas.lights[static_cast<std::size_t>(choice.light)], folded),
+              2e-3);
+  if (std::abs(std::sin(expected.light_azimuth_deg * degree)) > 1e-4) {
+    EXPECT_EQ(lit.cell & 1, folded.mirrored ? 1u : 0u);
+    EXPECT_EQ(static_cast<int>(lit.cell >> 16), folded.oscillation);
+  }
+}
+
+TEST(RainRenderer, StreaksArePlacedAndLitAsTheirFormulasSay) {
+  PLUVIA_NEEDS_OPENGL();
+  const StreakAtlas& atlas = shared_atlas();
+  for (const View& view : views) {
+    SCOPED_TRACE(view.name);
+    Scene scene = rainy_scene(20000);
+    scene.camera.position_m = view.position_m;
+    scene.camera.target_m = view.target_m;
+    RainRenderer renderer(scene, atlas);
+    const StreakRecords records = renderer.streak_records(1.25);
+    std::size_t next = 0, skipped = 0;
+    for (const Drop& drop : drop_field(scene, top_of(scene), 10, 1.25)) {
+      const auto placed = place_streak(scene, drop, geometry_of(atlas));
+      if (!placed || next == records.streaks.size()) continue;
+      // Both lists are in order of id; a drop that the picture does not show has no record.
+      const StreakRecord& record = records.streaks[next];
+      const double dx = static_cast<double>(record.origin_px.x) - placed->origin_px.x();
+      const double dz = static_cast<double>(record.depth_m) - placed->depth_m;
+      if (std::abs(dx) > 0.5 || std::abs(dz) > 1e-4) {
+        ++skipped;
+        continue;
+      }
+      expect_same_placement(record, *placed);
+      for (std::size_t i = 0; i < scene.lights.size(); ++i)
+        expect_same_cells(atlas, record, records.lit[next * scene.lights.size() + i],
+                          placed->lights[i], *placed, drop.oscillation);
+      EXPECT_EQ(record.layer, drop.oscillation);
+      ++next;
+      if (testing::Test::HasFailure()) FAIL() << "drop " << drop.id;
+    }
+    // Every record belongs to a drop, and there are many: nothing was skipped by mistake.
+    EXPECT_EQ(next, records.streaks.size());
+    EXPECT_GT(next, 100u) << skipped << " drops out of the picture";
+  }
+}
+
+TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = rainy_scene(20000);
+  RainRenderer renderer(scene, shared_atlas());
+  // A drop counts when its path's middle is in the picture.
+  std::size_t inside = 0;
+  for (const Drop& drop : drop_field(scene, top_of(scene), 10, 0.5)) {
+    const auto placed = place_streak(scene, drop, geometry_of(shared_atlas()));
+    if (!placed || placed->clip_row < 300) continue;
+    const Eigen::Vector2d middle = placed->origin_px + 8 * placed->column_px + 255 * placed->row_px;
+    inside += middle.x() > 0 && middle.x() < 160 && middle.y() > 0 && middle.y() < 120;
+  }
+  const std::size_t found = renderer.streak_records(0.5).streaks.size();
+  EXPECT_GE(found, inside);
+  EXPECT_LT(found, inside * 2);
+  EXPECT_GT(inside, 500u);
+}
+
+std::string frame_bytes(const Frame& frame) {
+  std::string bytes;
+  for (const Image* image :
+       {&frame.color, &frame.background, &frame.rain, &frame.rain_tau, &frame.depth_m})
+    bytes.append(reinterpret_cast<const char*>(image->values.data()),
+                 image->values.size() * sizeof(float));
+  return bytes;
+}
+
+// The number of threads is read once in a process, so each runs this very test with a file to
+// write.
+TEST(RainRenderer, AFrameHasTheSameBytesForEveryRunAndNumberOfThreads) {
+  PLUVIA_NEEDS_OPENGL();
+  if (const char* file = std::getenv("PLUVIA_TEST_FRAME")) {
+    RainRenderer renderer(rainy_scene(20000), shared_atlas());
+    std::ofstream(file, std::ios::binary) << frame_bytes(renderer.render(0.5));
+    return;
+  }
+  std::vector<std::string> frames;
+  for (const char* threads : {"1", "2", "2"}) {
+    const std::string file = testing::TempDir() + fmt::format("pluvia_frame_{}", frames.size());
+    const std::string command = fmt::format(
+        "LP_NUM_THREADS={} PLUVIA_TEST_FRAME={} {} --gtest_filter=RainRenderer.AFrameHasTheSame* "
+        "> {}.log 2>&1",
+        threads, file, std::filesystem::read_symlink("/proc/self/exe").string(), file);
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    frames.push_back(read_file(file));
+  }
+  ASSERT_FALSE(frames[0].empty());
+  EXPECT_EQ(sha256(frames[0]), sha256(frames[1]));
+  EXPECT_EQ(sha256(frames[1]), sha256(frames[2]));
+}
+
+}  // namespace
+}  // namespace pluvia

@@ -1,0 +1,42 @@
+// The checks of the fidelity report, by rung of the ladder of truth. Each function measures, and adds its
+// checks, figures, tables and timings to the report.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "raytrace/generate.h"
+#include "validate/report.h"
+
+namespace pluvia {
+
+// A sphere of index 1.333 against the closed form: sphere.energy.p0 .. p3, sphere.rainbow.p2_deg and p3_deg
+// (as the extremum of traced exit directions), sphere.intensity.rms.
+void add_sphere_checks(Report& report);
+
+// Nothing is lost: furnace (a uniform environment), and mesh.convergence (exit directions of triangle
+// meshes against the analytic surface).
+void add_energy_check(const Preset& preset, Report& report);
+void add_mesh_check(const Preset& preset, Report& report);
+
+// The exit field against brute force on one streak, all lights at once: field.flux.easy and .hard with the
+// standard errors that they rest on, and three streaks side by side with difference and noise.
+void add_field_checks(const Preset& preset, const Progress& progress, Report& report);
+
+// The database against the closed-form sphere (gn2006.sphere_closed_form.osc0) and against the real
+// database's factors (gn2006.log_factor_rms.osc0 and .all, with the worst five directions).
+void add_database_checks(const std::string& database_folder, const std::string& factor_file,
+                         Report& report);
+
+// Pictures of the database: every oscillation under one light, and one oscillation under many.
+void add_gallery(const std::string& database_folder, Report& report);
+
+// One real-time frame against a double-precision composite of the same drops: frame.composite.
+void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
+                     Report& report);
+
+// value = |measured - expected|, or that over `scale`.
+Check deviation(const std::string& name, double measured, double expected, double bound,
+                const std::string& unit, const std::string& why, double scale = 1);
+
+}  // namespace pluvia

@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "raytrace/brute_force.h"
+#include "validate/checks.h"
+
+namespace pluvia {
+
+namespace {
+
+// The streak of the comparison: strong oscillation across the view, seen from 20 degrees above.
+constexpr ShardKey compared_shard = {3200, 6, 20};
+
+struct ComparedLight {
+  LightDirection light = {};
+  const char* check = "";  // name of its check; empty: only shown
+  const char* what = "";
+};
+
+constexpr std::array<ComparedLight, 3> compared_lights = {{
+    {{10, 150}, "easy", "behind the drop: straight refraction"},
+    {{30, 50}, "hard", "in front, by the rainbows: caustics of two internal reflections"},
+    {{-30, 110}, "", "from the side below: reflection and the rim of refraction"},
+}};
+
+double seconds(const std::chrono::steady_clock::time_point& start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::size_t light_index(const StreakRequest& request, const LightDirection& light) {
+  return static_cast<std::size_t>(
+      std::find(request.lights.begin(), request.lights.end(), light) - request.lights.begin());
+}
+
+double flux_of(const StreakImage& image) {
+  double sum = 0;
+  for (const float v : image.mean) sum += v;
+  return sum;
+}
+
+Image picture(const StreakRequest& request, const std::vector<float>& values) {
+  Image image = make_image(request.frame.width_px, request.frame.height_px, 1);
+  image.values = values;
+  return image;
+}
+
+double relative_error(const StreakImage& a, const StreakImage& b) {
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < a.mean.size(); ++i) {
+    difference += std::pow(static_cast<double>(a.mean[i]) - b.mean[i], 2);
+    size += std::pow(static_cast<double>(b.mean[i]), 2);
+  }
+  return std::sqrt(difference / size);
+}
+
+Figure figure(const StreakRequest& request, const ComparedLight& compared, const StreakImage& field,
+              const StreakImage& brute) {
+  std::vector<float> difference, noise;
+  for (std::size_t i = 0; i < field.mean.size(); ++i) {
+    difference.push_back(field.mean[i] - brute.mean[i]);
+    noise.push_back(std::sqrt(brute.variance[i] + field.variance[i]));
+  }
+  // Shown so that all but the brightest half per cent of the lit pixels fall below white.
+  std::vector<float> sorted = brute.mean;
+  std::sort(sorted.begin(), sorted.end());
+  const double white = sorted[sorted.size() - 1 - sorted.size() / 200];
+  Figure f;
+  f.title = fmt::format("Light from elevation {}, azimuth {}", compared.light.elevation_deg,
+                        compared.light.azimuth_deg);
+  f.text = fmt::format(
+      "{}. Relative RMSE of the pictures {:.3f}; their own noise is {:.3f} (field, from its two "
+      "replicates) and {:.3f} (brute force).",
+      compared.what, relative_error(field, brute), estimated_relative_error(field),
+      estimated_relative_error(brute));
+  f.panels.push_back({picture(request, field.mean), white, "exit field", false, 1});
+  f.panels.push_back({picture(request, brute.mean), white, "brute force", false, 1});
+  f.panels.push_back(
+      {picture(request, difference), white / 4, "field - brute, x 4", true, 1});
+  f.panels.push_back({picture(request, noise), white / 4, "noise of both, x 4", false, 1});
+  return f;
+}
+
+void add_flux_checks(const ComparedLight& compared, double field_flux, const Estimate& brute,
+                     double rays, Report& report) {
+  const std::string name = fmt::format("field.flux.{}", compared.check);
+  Check flux;
+  flux.name = name;
+  flux.measured = field_flux;
+  flux.expected = brute.mean;
+  flux.uncertainty = brute.standard_error;
+  flux.value = std::abs(field_flux - brute.mean) / brute.standard_error;
+  flux.bound = 3;
+  flux.unit = "standard errors";
+  flux.why = fmt::format(
+      "Sum of the streak's pixels under the light {}: exit field against {:.0f} million "
+      "brute-force rays that share only the intersection. The standard error is brute force's own, "
+      "from its replicates; three of them is the bound.",
+      compared.what, rays / 1e6);
+  report.checks.push_back(flux);
+  report.checks.push_back(deviation(
+      name + ".standard_error", brute.standard_error / brute.mean, 0, 0.005, "relative",
+      "The comparison above must be sharp: brute force's standard error, relative to the flux."));
+}
+
+}  // namespace
+
+void add_field_checks(const Preset& preset, const Progress& progress, Report& report) {
+  Preset narrow = preset;
+  narrow.width_px = 16;
+  narrow.cone_half_angle_deg = 5;
+  narrow.slices = 264;
+  narrow.field.base_cells = 16;
+  narrow.field.bend_depth = narrow.field.break_depth = narrow.field.silhouette_depth = 3;
+  const StreakRequest request = shard_request(narrow, compared_shard);
+
+  auto start = std::chrono::steady_clock::now();
+  const TracedStreak field = trace_streak(request, [&](double share) {
+    if (progress) progress("streaks from the field", 0.4 * share);
+  });
+  report.timings_s.emplace_back("field, one streak with 74 lights, 16 px", seconds(start));
+
+  start = std::chrono::steady_clock::now();
+  BruteOptions options;
+  options.replicates = 16;
+  options.instants = 512;
+  options.rays_per_instant = 3000;
+  const BruteStreak brute = brute_force_streak(request, options, [&](double share) {
+    if (progress) progress("streaks by brute force", 0.4 + 0.6 * share);
+  });
+  report.timings_s.emplace_back("brute force, the same 74 lights", seconds(start));
+
+  for (const ComparedLight& compared : compared_lights) {
+    const std::size_t k = light_index(request, compared.light);
+    report.figures.push_back(figure(request, compared, field.light[k], brute.light[k]));
+    if (compared.check[0] != '\0') {
+      add_flux_checks(compared, flux_of(field.light[k]), brute.flux[k], brute.rays, report);
+    }
+  }
+}
+
+}  // namespace pluvia
