@@ -64,7 +64,7 @@ constexpr const char* head =
     "set encoding utf8\n"
     "set terminal svg size 560,380 dynamic noenhanced font 'inherit,14' rounded\n"
     "set grid\n"
-    "set key outside top left horizontal\n";
+    "set key outside top left horizontal Left reverse samplen 2 maxcols 3\n";
 
 // Empty when there is no point to draw.
 std::string plot_script(const Plot& plot) {
