@@ -13,7 +13,7 @@ namespace pluvia {
 namespace {
 
 const StreakAtlas& shared_atlas() {
-  static const StreakAtlas atlas = synthetic_atlas();
+  static const StreakAtlas atlas = synthetic_atlas({.layers = 5});
   return atlas;
 }
 
@@ -55,7 +55,7 @@ Single single_streak(const Pose& pose) {
       middle - depth_m * frame.forward -
       half_m * (pose.off_axis.x() * frame.right + pose.off_axis.y() * frame.up);
   scene.camera.target_m = scene.camera.position_m + frame.forward;
-  const auto drops = drop_field(scene, top_height(scene.mesh, scene.rain, 0.1), 10, 0);
+  const auto drops = drop_field(scene, top_height(scene.mesh, scene.rain, 0.1), 5, 0);
   EXPECT_EQ(drops.size(), 1u);
   single.drop = drops.at(0);
   single.placed = place_streak(scene, single.drop,
