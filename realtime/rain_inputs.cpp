@@ -14,6 +14,10 @@
 namespace pluvia {
 namespace {
 
+// A shader loops over the scene's lights and, for each, over the atlas's: llvmpipe ends a shader
+// without a word after 65,535 rounds.
+constexpr std::size_t most_lights = 512;
+
 constexpr double nearest_depth_m = 0.1;  // place_streak draws no drop that is nearer
 
 void expect_same(const char* name, double value, double expected, const char* unit) {
@@ -53,6 +57,9 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
     throw std::runtime_error(
         fmt::format("atlas: {} oscillations, {} views, {} lights; expected at least one of each",
                     atlas.layers.size(), atlas.views.size(), atlas.lights.size()));
+  if (scene.lights.size() > most_lights)
+    throw std::runtime_error(fmt::format("scene: {} lights; expected at most {} with rain",
+                                         scene.lights.size(), most_lights));
   expect_same("camera.exposure_s", scene.camera.exposure_s, atlas.exposure_s, "s");
   expect_same("rain.fall_speed_m_s", scene.rain.fall_speed_m_s, atlas.fall_speed_m_s, "m/s");
   expect_same("rain.mean_radius_m", scene.rain.mean_radius_m, atlas.mean_radius_m, "m");

@@ -20,9 +20,11 @@
 namespace pluvia {
 
 struct RenderOptions {
-  // The atlas level of a streak is the coarsest whose texels are at most this wide on screen:
-  // larger is cheaper and blurs each streak by about as much. > 0.
-  double max_texel_px = 0.5;
+  // The atlas level of a streak is the coarsest whose texels are at most this wide on screen. > 0.
+  // Relative RMSE of the rain against level 0, smooth test streaks of about 1 px: 0.02 at 0.125,
+  // 0.07 at 0.25, 0.11 at 0.5, 0.14 at 1; 0.5 costs a sixth less than 0.25, and 0.125 about twice
+  // as much.
+  double max_texel_px = 0.25;
   // Finer levels are never read nor uploaded. Levels that no drop of the scene can need are left
   // out anyway. 0 .. the atlas's levels - 1.
   int finest_level = 0;

@@ -186,8 +186,10 @@ TEST(RainFrame, SceneAndAtlasMustAgree) {
   EXPECT_EQ(refusal(rainy_scene(100), {.finest_level = 5}), "finest_level = 5; expected 0 .. 4");
   EXPECT_EQ(refusal(rainy_scene(100), {.max_texel_px = 0}),
             "max_texel_px = 0; expected a number > 0");
+  scene = rainy_scene(100);
+  scene.lights.resize(513);
+  EXPECT_EQ(refusal(scene), "scene: 513 lights; expected at most 512 with rain");
   scene = rainy_scene(10000);
-  scene.rain.mean_radius_m = 0.0016;
   scene.lights[0].position_m = {0, 5, 3};
   StreakAtlas thick = shared_atlas();
   thick.mean_radius_m = scene.rain.mean_radius_m = 1;

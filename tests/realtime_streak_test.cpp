@@ -13,7 +13,7 @@ namespace pluvia {
 namespace {
 
 const StreakAtlas& shared_atlas() {
-  static const StreakAtlas atlas = synthetic_atlas();
+  static const StreakAtlas atlas = synthetic_atlas({.layers = 5});
   return atlas;
 }
 
@@ -55,7 +55,7 @@ Single single_streak(const Pose& pose) {
       middle - depth_m * frame.forward -
       half_m * (pose.off_axis.x() * frame.right + pose.off_axis.y() * frame.up);
   scene.camera.target_m = scene.camera.position_m + frame.forward;
-  const auto drops = drop_field(scene, top_height(scene.mesh, scene.rain, 0.1), 10, 0);
+  const auto drops = drop_field(scene, top_height(scene.mesh, scene.rain, 0.1), 5, 0);
   EXPECT_EQ(drops.size(), 1u);
   single.drop = drops.at(0);
   single.placed = place_streak(scene, single.drop,
@@ -203,23 +203,36 @@ TEST(Streak, EveryPixelIsTheMeanOfThePictureOverItsSquare) {
   }
 }
 
-TEST(Streak, ItsOpticalDepthIsThatOfItsCoverage) {
-  PLUVIA_NEEDS_OPENGL();
-  // Thin coverage: tau = c to 1 %, so the flux of tau is the sum of the coverage cells.
-  const Single single = single_streak(poses[0]);
+// Of the two views between which a drop is seen; pictures: environment or coverage.
+double plain_cells(const Single& single, std::vector<Image> AtlasLayer::*pictures) {
   const Look look = look_of(single);
+  const auto& layer = shared_atlas().layers[static_cast<std::size_t>(single.drop.oscillation)];
   double cells = 0;
   for (int i = 0; i < 2; ++i)
-    cells +=
-        look.choice.view_weight[i] *
-        cell_sum(
-            shared_atlas().layers[static_cast<std::size_t>(single.drop.oscillation)].coverage[0],
-            cell_rect(shared_atlas(), look.choice.view[i], 0, 0));
+    cells += look.choice.view_weight[i] *
+             cell_sum((layer.*pictures)[0], cell_rect(shared_atlas(), look.choice.view[i], 0, 0));
+  return cells * determinant(single.placed);
+}
+
+TEST(Streak, ItsOpticalDepthIsThatOfItsCoverage) {
+  PLUVIA_NEEDS_OPENGL();
+  const Single single = single_streak(poses[0]);
   RainRenderer renderer(single.scene, shared_atlas());
   const Frame frame = renderer.render(0);
   double covered = 0;
   for (const float tau : frame.rain_tau.values) covered += 1 - std::exp(-static_cast<double>(tau));
-  EXPECT_NEAR(covered / (cells * determinant(single.placed)), 1, 5e-3);
+  EXPECT_NEAR(covered / plain_cells(single, &AtlasLayer::coverage), 1, 5e-3);
+}
+
+TEST(Streak, AUniformEnvironmentShinesThroughItAsItsCellsSay) {
+  PLUVIA_NEEDS_OPENGL();
+  Single single = single_streak(poses[1]);
+  single.scene.lights[0].intensity_cd = {0, 0, 0};
+  single.scene.environment.uniform_cd_m2 = {3, 2, 1};
+  RainRenderer renderer(single.scene, shared_atlas());
+  const Frame frame = renderer.render(0);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(sum_of(frame.rain, c) / plain_cells(single, &AtlasLayer::env), 3 - c, 5e-3);
 }
 
 TEST(Streak, AWallInFrontHidesItAndAWallBehindDoesNot) {
