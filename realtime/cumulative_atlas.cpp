@@ -20,9 +20,10 @@ std::int64_t lay_out(const StreakAtlas& atlas, int finest_level,
     const auto begin = spans.size();
     std::int64_t stride = 0;
     for (int view = 0; view < static_cast<int>(atlas.views.size()); ++view) {
-      const CellRect cell = cell_rect(atlas, view, 0, level);
-      spans.push_back({static_cast<std::int32_t>(next + stride), cell.height, 0, cell.width});
-      stride += static_cast<std::int64_t>(cell.width) * (cell.height + 1);
+      const CellRect cell = cell_rect(atlas, view, 0, 0);
+      const int columns = cell.width >> level;
+      spans.push_back({static_cast<std::int32_t>(next + stride), cell.height, 0, columns});
+      stride += static_cast<std::int64_t>(columns) * (cell.height + 1);
     }
     for (std::size_t i = begin; i < spans.size(); ++i)
       spans[i].cell_stride = static_cast<std::int32_t>(stride);
@@ -37,24 +38,26 @@ std::int64_t lay_out(const StreakAtlas& atlas, int finest_level,
 }
 
 void sum_columns(const Image& picture, const CellRect& cell, int level, float* sums) {
-  for (int x = 0; x < cell.width; ++x) {
+  const int merged = 1 << level;
+  for (int x = 0; x < cell.width; x += merged) {
     double sum = 0;
     *sums++ = 0;
     for (int y = 0; y < cell.height; ++y) {
-      sum += static_cast<double>(picture.at(cell.x + x, cell.y + y));
-      *sums++ = static_cast<float>(std::ldexp(sum, level));
+      for (int i = 0; i < merged; ++i) {
+        sum += static_cast<double>(picture.at(cell.x + x + i, cell.y + y));
+      }
+      *sums++ = static_cast<float>(std::ldexp(sum, -level));
     }
   }
 }
 
-const Image& picture_of(const AtlasLayer& layer, const std::vector<Image>& levels, int level,
+// The finest picture of a kind.
+const Image& picture_of(const AtlasLayer& layer, const std::vector<Image>& levels,
                         const char* kind) {
-  if (static_cast<int>(levels.size()) <= level)
-    throw std::runtime_error(
-        fmt::format("atlas: oscillation {} has {} levels of {}; expected level "
-                    "{} too",
-                    layer.oscillation, levels.size(), kind, level));
-  return levels[static_cast<std::size_t>(level)];
+  if (levels.empty())
+    throw std::runtime_error(fmt::format("atlas: oscillation {} has no picture of {}; expected one",
+                                         layer.oscillation, kind));
+  return levels.front();
 }
 
 void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool environment,
@@ -67,14 +70,13 @@ void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool enviro
     for (int cell = 0; cell < lights + 2; ++cell) {
       if (cell == lights && !environment) continue;
       const bool point = cell < lights;
-      const Image& picture = point ? picture_of(layer, layer.point, level, "point light")
-                             : cell == lights
-                                 ? picture_of(layer, layer.env, level, "environment")
-                                 : picture_of(layer, layer.coverage, level, "coverage");
+      const Image& picture = point            ? picture_of(layer, layer.point, "point light")
+                             : cell == lights ? picture_of(layer, layer.env, "environment")
+                                              : picture_of(layer, layer.coverage, "coverage");
       const std::int64_t first =
           span.first + (static_cast<std::int64_t>(layer_index) * (lights + 2) + cell) *
                            static_cast<std::int64_t>(span.cell_stride);
-      sum_columns(picture, cell_rect(atlas, view, point ? cell : 0, level), level,
+      sum_columns(picture, cell_rect(atlas, view, point ? cell : 0, 0), level,
                   result.sums.data() + first);
     }
   }

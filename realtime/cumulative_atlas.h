@@ -1,9 +1,11 @@
 // The atlas as the rain shader reads it: sums down every texel column, so that the mean between any
 // two rows is one difference. Exact for every stretch of a streak, and no tap ever mixes two cells.
 //
-// A column of a cell with R rows of texels at a level has R + 1 values: C_0 = 0, C_k = 2^level x
-// sum of the first k texels (level-0 rows are the unit), summed in double. Where column c of a cell
-// begins:
+// A level merges 2^level columns of the atlas's finest pictures and keeps all their rows: a tap costs
+// the same whatever the length between two rows, so there is nothing to gain from coarser ones, and
+// averaged rows would blur the glints along a thin streak. A column of a cell with R rows has R + 1
+// values: C_0 = 0, C_k = sum over the first k rows of the mean over the merged columns, summed in
+// double. Where column c of a cell begins:
 //   span.first + (layer (lights + 2) + cell) span.cell_stride + c (R + 1),
 // cell = index of the light, then the environment, then coverage.
 #pragma once

@@ -48,10 +48,10 @@ struct RowRange {  // in texels of one column: whole and part of both ends
   vec2 part;
 };
 
-RowRange row_range(vec2 rows, Streak streak, int view, float texels_per_row, int texels) {
+RowRange row_range(vec2 rows, Streak streak, int view, int texels) {
   RowRange range;
   for (int i = 0; i < 2; ++i) {
-    float row = cell_row(rows[i], streak.path_rows, atlas_views[view].y) * texels_per_row;
+    float row = cell_row(rows[i], streak.path_rows, atlas_views[view].y);
     row = clamp(row, 0.0, float(texels));
     range.texel[i] = min(int(row), texels - 1);
     range.part[i] = row - float(range.texel[i]);
@@ -82,7 +82,7 @@ vec2 rows_inside(vec2 offset, vec2 row) {
 // rgb: radiance, a: coverage of one column of texels between two rows, per unit of weight.
 vec4 column_sum(Streak streak, vec2 rows, int column, int view) {
   ivec4 span = atlas_spans[streak.level * counts.w + view];  // base, texels, cell stride, columns
-  RowRange range = row_range(rows, streak, view, exp2(-float(streak.level)), span.y);
+  RowRange range = row_range(rows, streak, view, span.y);
   int cells = counts.z + 2, pitch = span.y + 1;
   int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
   vec4 sum = vec4(0);
