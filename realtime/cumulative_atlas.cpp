@@ -1,5 +1,6 @@
 #include "realtime/cumulative_atlas.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -12,7 +13,7 @@ namespace pluvia {
 namespace {
 
 // Sets the spans and returns how many sums there are.
-std::int64_t lay_out(const StreakAtlas& atlas, int finest_level,
+std::int64_t lay_out(const StreakAtlas& atlas, const LevelRange& levels,
                      std::vector<CumulativeSpan>& spans) {
   const auto cells = static_cast<std::int64_t>(atlas.layers.size() * (atlas.lights.size() + 2));
   std::int64_t next = 0;
@@ -23,11 +24,11 @@ std::int64_t lay_out(const StreakAtlas& atlas, int finest_level,
       const CellRect cell = cell_rect(atlas, view, 0, 0);
       const int columns = cell.width >> level;
       spans.push_back({static_cast<std::int32_t>(next + stride), cell.height, 0, columns});
-      stride += static_cast<std::int64_t>(columns) * (cell.height + 1);
+      stride += static_cast<std::int64_t>(columns) * (cell.height + 3);
     }
     for (std::size_t i = begin; i < spans.size(); ++i)
       spans[i].cell_stride = static_cast<std::int32_t>(stride);
-    if (level < finest_level)
+    if (level < levels.finest || level > levels.coarsest)
       spans.resize(begin), spans.resize(begin + atlas.views.size());
     else
       next += stride * cells;
@@ -37,17 +38,42 @@ std::int64_t lay_out(const StreakAtlas& atlas, int finest_level,
   return next;
 }
 
+// Centre and half width of the uniform strip with the mean and variance of weights on equal parts of
+// [0, 1]. The whole of [0, 1] where there is no weight; kept inside it where the weight is at both ends.
+void matched_strip(const std::vector<double>& weights, float* strip) {
+  const double width = 1.0 / static_cast<double>(weights.size());
+  double total = 0, mean = 0, square = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double x = (static_cast<double>(i) + 0.5) * width;
+    total += weights[i];
+    mean += weights[i] * x;
+    square += weights[i] * (x * x + width * width / 12);
+  }
+  strip[0] = strip[1] = 0.5f;
+  if (!(total > 0)) return;
+  mean /= total;
+  const double half = std::sqrt(3 * std::max(0.0, square / total - mean * mean));
+  strip[0] = static_cast<float>(mean);
+  strip[1] = static_cast<float>(std::min({half, mean, 1 - mean}));
+}
+
 void sum_columns(const Image& picture, const CellRect& cell, int level, float* sums) {
   const int merged = 1 << level;
+  std::vector<double> weights(static_cast<std::size_t>(merged));
   for (int x = 0; x < cell.width; x += merged) {
     double sum = 0;
+    std::fill(weights.begin(), weights.end(), 0.0);
     *sums++ = 0;
     for (int y = 0; y < cell.height; ++y) {
       for (int i = 0; i < merged; ++i) {
-        sum += static_cast<double>(picture.at(cell.x + x + i, cell.y + y));
+        const double value = picture.at(cell.x + x + i, cell.y + y);
+        weights[static_cast<std::size_t>(i)] += value;
+        sum += value;
       }
       *sums++ = static_cast<float>(std::ldexp(sum, -level));
     }
+    matched_strip(weights, sums);
+    sums += 2;
   }
 }
 
@@ -84,14 +110,15 @@ void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool enviro
 
 }  // namespace
 
-CumulativeAtlas cumulative_atlas(const StreakAtlas& atlas, int finest_level, bool environment) {
-  assert(finest_level >= 0 && finest_level < atlas.levels);
+CumulativeAtlas cumulative_atlas(const StreakAtlas& atlas, const LevelRange& levels,
+                                 bool environment) {
+  assert(0 <= levels.finest && levels.finest <= levels.coarsest && levels.coarsest < atlas.levels);
   CumulativeAtlas result;
-  const std::int64_t count = lay_out(atlas, finest_level, result.spans);
+  const std::int64_t count = lay_out(atlas, levels, result.spans);
   result.sums.resize(static_cast<std::size_t>(count));
   const int layers = static_cast<int>(atlas.layers.size());
-  tbb::parallel_for(0, layers * (atlas.levels - finest_level), [&](int job) {
-    sum_layer(atlas, job % layers, finest_level + job / layers, environment, result);
+  tbb::parallel_for(0, layers * (levels.coarsest - levels.finest + 1), [&](int job) {
+    sum_layer(atlas, job % layers, levels.finest + job / layers, environment, result);
   });
   return result;
 }

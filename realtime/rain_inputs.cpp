@@ -72,6 +72,8 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
 }
 
+int coarsest_level(const StreakAtlas& atlas) { return std::max(0, atlas.levels - 3); }
+
 int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
                         const RenderOptions& options) {
   const double focal_px = camera_frame(scene.camera).focal_px;
@@ -83,7 +85,7 @@ int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
   const double widest_px = focal_px * atlas.pixel_m / depth_m * std::hypot(1, 1.5 * corner);
   const double level = std::floor(std::log2(options.max_texel_px / widest_px));
   return std::max(options.finest_level,
-                  static_cast<int>(std::clamp<double>(level, 0, atlas.levels - 1)));
+                  static_cast<int>(std::clamp<double>(level, 0, coarsest_level(atlas))));
 }
 
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
@@ -109,8 +111,9 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
   uniforms.fall = {0, 0, seeds.phase, seeds.place};
   uniforms.counts = {static_cast<int>(drop_count(rain)), static_cast<int>(scene.lights.size()),
                      static_cast<int>(atlas.lights.size()), static_cast<int>(atlas.views.size())};
-  uniforms.sizes = {static_cast<int>(atlas.layers.size()),
-                    finest_level_needed(scene, atlas, options), atlas.levels - 1, 0};
+  const int finest = finest_level_needed(scene, atlas, options);
+  uniforms.sizes = {static_cast<int>(atlas.layers.size()), finest,
+                    std::max(finest, coarsest_level(atlas)), 0};
   return uniforms;
 }
 

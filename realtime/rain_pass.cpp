@@ -197,7 +197,8 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   // w tells the shader whether there is anything to look up.
   const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
-  CumulativeAtlas cumulative = cumulative_atlas(atlas, pass.uniforms.sizes.y, lit);
+  CumulativeAtlas cumulative = cumulative_atlas(
+      atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
   pass.sums = upload_sums(cumulative.sums);
   pass.sums_bytes = cumulative.sums.size() * sizeof(float);
   pass.top_height = upload_top_height(top, scene.camera.position_m.z());

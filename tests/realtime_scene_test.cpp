@@ -131,7 +131,8 @@ TEST(RainFrame, RainDimsTheBackgroundAndAddsItsLight) {
         const float expected =
             std::exp(-tau) * frame.background.at(x, y, c) + frame.rain.at(x, y, c);
         EXPECT_NEAR(frame.color.at(x, y, c), expected, 3e-6f * expected);  // exp errs by 1e-6
-        if (tau == 0) {
+        // A column's light may lie a little beside its coverage (realtime/cumulative_atlas.h).
+        if (tau == 0 && frame.rain.at(x, y, c) == 0) {
           EXPECT_EQ(frame.color.at(x, y, c), frame.background.at(x, y, c));
         }
       }

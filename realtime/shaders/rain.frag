@@ -2,7 +2,8 @@
 // C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env: here E S and coverage, averaged over the
 // pixel.
 //
-// A streak is a row of slanted strips, one per texel column. Each adds
+// A streak is a row of slanted strips, one per texel column, narrowed to where the column's light is
+// (realtime/cumulative_atlas.h). Each adds
 //   (area of strip and pixel) x (mean of the column between the rows where its centre line crosses)
 // and the mean is the difference of two cumulative sums: exact for any stretch of the rows, and no
 // tap ever leaves its cell.
@@ -79,42 +80,69 @@ vec2 rows_inside(vec2 offset, vec2 row) {
   return vec2(middle - half_length, middle + half_length);
 }
 
-// rgb: radiance, a: coverage of one column of texels between two rows, per unit of weight.
-vec4 column_sum(Streak streak, vec2 rows, int column, int view) {
+// The streak's edges across a pixel, as half_plane_area wants them.
+struct Across {
+  float centre;         // the pixel's centre, in columns
+  float px_per_column;
+  vec2 normal;          // a >= b >= 0
+};
+
+float strip_area(Across across, vec2 strip) {
+  vec2 d = (strip - across.centre) * across.px_per_column;
+  return half_plane_area(d.y, across.normal.x, across.normal.y) -
+         half_plane_area(d.x, across.normal.x, across.normal.y);
+}
+
+// Pixel area x mean of one column of a cell. Narrower than 1e-3 columns is as good as a line, and no
+// line may be narrower than its float coordinates tell.
+float cell_value(RowRange range, Across across, vec2 strip, int first, int texels, bool mirrored) {
+  float centre = cumulative(first + texels + 1), half_width = cumulative(first + texels + 2);
+  half_width = max(half_width, 1e-3);
+  if (mirrored) centre = 1.0 - centre;
+  float width = strip.y - strip.x;
+  vec2 narrowed = strip.x + width * vec2(centre - half_width, centre + half_width);
+  return strip_area(across, narrowed) / (2.0 * half_width) * sum_between(range, first);
+}
+
+// rgb: radiance, a: coverage of one column of texels between two rows, x pixel area.
+vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, vec2 strip) {
   ivec4 span = atlas_spans[streak.level * counts.w + view];  // base, texels, cell stride, columns
   RowRange range = row_range(rows, streak, view, span.y);
-  int cells = counts.z + 2, pitch = span.y + 1;
+  int cells = counts.z + 2, pitch = span.y + 3;
   int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
   vec4 sum = vec4(0);
   for (int i = 0; i < counts.y; ++i) {
     LitStreak lit = lit_streaks[streak_index * counts.y + i];
     int layer_cell = int(lit.cell >> 16) * cells + int(lit.cell >> 1 & 0x7fffu);
-    int first = ((lit.cell & 1u) != 0u ? mirrored : plain) + layer_cell * span.z;
-    sum.rgb += vec3(lit.red_lux, lit.green_lux, lit.blue_lux) * sum_between(range, first);
+    bool flip = (lit.cell & 1u) != 0u;
+    int first = (flip ? mirrored : plain) + layer_cell * span.z;
+    sum.rgb += vec3(lit.red_lux, lit.green_lux, lit.blue_lux) *
+               cell_value(range, across, strip, first, span.y, flip);
   }
   int environment_cell = streak.layer * cells + counts.z;
   if (environment.w != 0.0)
-    sum.rgb += environment.rgb * sum_between(range, plain + environment_cell * span.z);
-  sum.a = sum_between(range, plain + (environment_cell + 1) * span.z);
+    sum.rgb += environment.rgb * cell_value(range, across, strip,
+                                            plain + environment_cell * span.z, span.y, false);
+  sum.a = cell_value(range, across, strip, plain + (environment_cell + 1) * span.z, span.y, false);
   return sum;
 }
 
 vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float reach) {
   vec2 normal = abs(streak.row_px) / length(streak.row_px);
-  float a = max(normal.x, normal.y), b = min(normal.x, normal.y);
-  float px_per_column = abs(cross2(streak.column_px, streak.row_px)) / length(streak.row_px);
-  vec2 d = (strip - pixel_place.x) * px_per_column;
-  float area = half_plane_area(d.y, a, b) - half_plane_area(d.x, a, b);
-  if (!(area > 0.0)) return vec4(0);
+  Across across = Across(pixel_place.x,
+                         abs(cross2(streak.column_px, streak.row_px)) / length(streak.row_px),
+                         vec2(max(normal.x, normal.y), min(normal.x, normal.y)));
+  if (!(strip_area(across, strip) > 0.0)) return vec4(0);
   // The centre of that part of the strip which meets the pixel: its line crosses the pixel.
   float centre = 0.5 * (max(strip.x - pixel_place.x, -reach) + min(strip.y - pixel_place.x, reach));
   vec2 rows = pixel_place.y + rows_inside(centre * streak.column_px, streak.row_px);
-  float weight = area / (rows.y - rows.x);
+  float per_row = 1.0 / (rows.y - rows.x);
   rows = min(rows, streak.clip_row);
-  vec4 sum = streak.view_weight.x * column_sum(streak, rows, column, streak.view.x);
+  vec4 sum = streak.view_weight.x *
+             column_sum(streak, rows, column, streak.view.x, across, strip);
   if (streak.view_weight.y > 0.0)
-    sum += streak.view_weight.y * column_sum(streak, rows, column, streak.view.y);
-  return weight * sum;
+    sum += streak.view_weight.y * column_sum(streak, rows, column, streak.view.y, across, strip);
+  return per_row * sum;
 }
 
 // -log(1 - c), c the share of pixel and exposure that is covered. c = 1 would be a drop that stands
