@@ -15,20 +15,20 @@ struct Look {
   double emission_cd_m2;
 };
 
-// Albedos of dry materials from tables of building physics, darkened by a third for wet ground. The
+// Albedos of materials from tables of building physics, halved where the rain wets them. The
 // rooms' radiances span a curtain to a bare bulb; lamp covers are frosted and far larger than the
 // source.
 constexpr std::array<Look, surfaces> looks = {{
     {"asphalt", {0.060, 0.060, 0.065}, {0, 0, 0}, 0},
     {"patch", {0.050, 0.050, 0.052}, {0, 0, 0}, 0},
-    {"paint", {0.45, 0.45, 0.42}, {0, 0, 0}, 0},
-    {"kerb", {0.22, 0.22, 0.21}, {0, 0, 0}, 0},
-    {"paving", {0.16, 0.155, 0.15}, {0, 0, 0}, 0},
-    {"brick", {0.20, 0.10, 0.07}, {0, 0, 0}, 0},
-    {"plaster", {0.36, 0.32, 0.26}, {0, 0, 0}, 0},
-    {"stone", {0.26, 0.25, 0.23}, {0, 0, 0}, 0},
-    {"sooty", {0.15, 0.14, 0.14}, {0, 0, 0}, 0},
-    {"trim", {0.32, 0.31, 0.29}, {0, 0, 0}, 0},
+    {"paint", {0.30, 0.30, 0.28}, {0, 0, 0}, 0},
+    {"kerb", {0.11, 0.11, 0.105}, {0, 0, 0}, 0},
+    {"paving", {0.08, 0.078, 0.075}, {0, 0, 0}, 0},
+    {"brick", {0.10, 0.05, 0.036}, {0, 0, 0}, 0},
+    {"plaster", {0.16, 0.14, 0.115}, {0, 0, 0}, 0},
+    {"stone", {0.12, 0.115, 0.105}, {0, 0, 0}, 0},
+    {"sooty", {0.07, 0.066, 0.066}, {0, 0, 0}, 0},
+    {"trim", {0.15, 0.145, 0.135}, {0, 0, 0}, 0},
     {"roof", {0.09, 0.08, 0.08}, {0, 0, 0}, 0},
     {"door", {0.08, 0.12, 0.08}, {0, 0, 0}, 0},
     {"glass", {0.05, 0.055, 0.06}, {0, 0, 0}, 0},
