@@ -116,12 +116,13 @@ void render(const RenderFlags& flags) {
 
 struct ValidateFlags {
   pluvia::FidelityInputs inputs = {};
-  std::string out = {};
+  std::string out = {}, video = {};
 };
 
 // False when a check failed; the report is written all the same.
 bool validate(const ValidateFlags& flags) {
-  const pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
+  pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
+  report.video = flags.video;
   pluvia::write_report(flags.out, report);
   bool passed = true;
   for (const pluvia::Check& check : report.checks) {
@@ -194,6 +195,7 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   command->add_option("--data", flags.inputs.data_folder, "the project's data folder")
       ->capture_default_str();
   command->add_option("--out", flags.out, "folder of report.json and index.html")->required();
+  command->add_option("--video", flags.video, "to show in the report, relative to its folder");
   command->footer("example: pluvia validate --database db --atlas atlas --out report");
   return command;
 }

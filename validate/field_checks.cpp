@@ -57,31 +57,31 @@ double relative_error(const StreakImage& a, const StreakImage& b) {
   return std::sqrt(difference / size);
 }
 
-Figure figure(const StreakRequest& request, const ComparedLight& compared, const StreakImage& field,
-              const StreakImage& brute) {
+// Four panels of one light, and a sentence on how far apart they are.
+void add_panels(const StreakRequest& request, const ComparedLight& compared,
+                const StreakImage& field, const StreakImage& brute, Figure& figure) {
   std::vector<float> difference, noise;
   for (std::size_t i = 0; i < field.mean.size(); ++i) {
     difference.push_back(field.mean[i] - brute.mean[i]);
     noise.push_back(std::sqrt(brute.variance[i] + field.variance[i]));
   }
-  // Shown so that all but the brightest half per cent of the lit pixels fall below white.
+  // Shown so that all but the brightest half per cent of the pixels fall below white.
   std::vector<float> sorted = brute.mean;
   std::sort(sorted.begin(), sorted.end());
   const double white = sorted[sorted.size() - 1 - sorted.size() / 200];
-  Figure f;
-  f.title = fmt::format("Light from elevation {}, azimuth {}", compared.light.elevation_deg,
-                        compared.light.azimuth_deg);
-  f.text = fmt::format(
-      "{}. Relative RMSE of the pictures {:.3f}; their own noise is {:.3f} (field, from its two "
-      "replicates) and {:.3f} (brute force).",
-      compared.what, relative_error(field, brute), estimated_relative_error(field),
+  const std::string light =
+      fmt::format("({}, {})", compared.light.elevation_deg, compared.light.azimuth_deg);
+  figure.panels.push_back({picture(request, field.mean), white, light + " field", false, 1});
+  figure.panels.push_back({picture(request, brute.mean), white, light + " brute", false, 1});
+  figure.panels.push_back(
+      {picture(request, difference), white / 4, light + " difference, x 4", true, 1});
+  figure.panels.push_back({picture(request, noise), white / 4, light + " noise, x 4", false, 1});
+  figure.text += fmt::format(
+      " Light at elevation {}, azimuth {} ({}): the pictures differ by a relative RMSE of {:.3f}; "
+      "their own noise is {:.3f} (field, from its two replicates) and {:.3f} (brute force).",
+      compared.light.elevation_deg, compared.light.azimuth_deg, compared.what,
+      relative_error(field, brute), estimated_relative_error(field),
       estimated_relative_error(brute));
-  f.panels.push_back({picture(request, field.mean), white, "exit field", false, 1});
-  f.panels.push_back({picture(request, brute.mean), white, "brute force", false, 1});
-  f.panels.push_back(
-      {picture(request, difference), white / 4, "field - brute, x 4", true, 1});
-  f.panels.push_back({picture(request, noise), white / 4, "noise of both, x 4", false, 1});
-  return f;
 }
 
 void add_flux_checks(const ComparedLight& compared, double field_flux, const Estimate& brute,
@@ -133,13 +133,19 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
   });
   report.timings_s.emplace_back("brute force, the same 74 lights", seconds(start));
 
+  Figure figure;
+  figure.title = "Three streaks, fast and by brute force";
+  figure.text =
+      "Each light's streak from the exit field and from counted rays, their difference (red: the "
+      "field is brighter), and one standard error of both together.";
   for (const ComparedLight& compared : compared_lights) {
     const std::size_t k = light_index(request, compared.light);
-    report.figures.push_back(figure(request, compared, field.light[k], brute.light[k]));
+    add_panels(request, compared, field.light[k], brute.light[k], figure);
     if (compared.check[0] != '\0') {
       add_flux_checks(compared, flux_of(field.light[k]), brute.flux[k], brute.rays, report);
     }
   }
+  report.figures.push_back(figure);
 }
 
 }  // namespace pluvia
