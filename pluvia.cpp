@@ -18,6 +18,7 @@
 #include "raytrace/generate.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
+#include "validate/factor_fit.h"
 #include "validate/fidelity.h"
 
 namespace {
@@ -138,6 +139,23 @@ bool validate(const ValidateFlags& flags) {
   return passed;
 }
 
+struct FitFlags {
+  std::string factors = {}, preset = {}, out = {};
+};
+
+void fit_factors(const FitFlags& flags) {
+  const auto fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
+                                       pluvia::read_real_factors(flags.factors), ProgressLine());
+  pluvia::write_factor_fit(flags.out, fit);
+  for (const pluvia::FittedValue& v : fit.values) {
+    fmt::print("{:<24} {}\n", v.name,
+               v.identifiable ? fmt::format("{:.4f} +- {:.4f} (from {})", v.value,
+                                            v.standard_error, v.start)
+                              : fmt::format("not determined by these factors (from {})", v.start));
+  }
+  fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}\n", fit.rms_after, fit.rms_before);
+}
+
 CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   CLI::App* command = app.add_subcommand("generate", "trace a streak database from a preset");
   command->add_option("preset", flags.preset, "preset, TOML")->required();
@@ -200,6 +218,20 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   return command;
 }
 
+CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
+  CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
+  fit->require_subcommand(1);
+  CLI::App* command = fit->add_subcommand(
+      "factors", "the light's cone and the modes' amplitudes from the real database's factors");
+  flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
+  command->add_option("file", flags.factors, "factors, CSV")->required();
+  command->add_option("--preset", flags.preset, "values to start from")->capture_default_str();
+  command->add_option("--out", flags.out, "JSON to write")->required();
+  command->footer(
+      "example: pluvia fit factors data/factors/garg_nayar_2006_point_factors.csv --out fit.json");
+  return command;
+}
+
 std::string command_line(int argc, char** argv) {
   std::string line;
   for (int i = 0; i < argc; ++i) line += (i > 0 ? " " : "") + std::string(argv[i]);
@@ -215,10 +247,12 @@ int main(int argc, char** argv) {
   PackFlags pack_flags;
   RenderFlags render_flags;
   ValidateFlags validate_flags;
+  FitFlags fit_flags;
   CLI::App* const generate_command = add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
   CLI::App* const render_command = add_render(app, render_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
+  CLI::App* const fit_command = add_fit_factors(app, fit_flags);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -231,6 +265,7 @@ int main(int argc, char** argv) {
     if (*generate_command) generate(generate_flags);
     if (*pack_command) pack(pack_flags);
     if (*render_command) render(render_flags);
+    if (*fit_command) fit_factors(fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
   } catch (const std::exception& error) {

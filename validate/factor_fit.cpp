@@ -1,0 +1,254 @@
+#include "validate/factor_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <stdexcept>
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "atlas/atomic_file.h"
+
+namespace pluvia {
+
+namespace {
+
+constexpr int fitted_elevations_deg[] = {10, 90};
+constexpr double difference_step = 0.02;  // relative
+
+bool is_fitted(const RealFactor& factor) {
+  return std::any_of(std::begin(fitted_elevations_deg), std::end(fitted_elevations_deg),
+                     [&](int v) { return factor.light.elevation_deg == v; });
+}
+
+// log10 of the brightest pixel of one set's streaks, over the real factor's, for the fitted factors.
+std::vector<double> log_ratios(const Preset& preset, int oscillation,
+                               const std::vector<RealFactor>& factors) {
+  StreakRequest request = shard_request(preset, {.oscillation = oscillation});
+  request.lights.clear();
+  std::vector<double> theirs;
+  for (const RealFactor& factor : factors) {
+    if (factor.oscillation != oscillation || !is_fitted(factor)) continue;
+    request.lights.push_back(factor.light);
+    theirs.push_back(factor.factor);
+  }
+  const TracedStreak streak = trace_streak(request);
+  std::vector<double> ratios;
+  for (std::size_t k = 0; k < theirs.size(); ++k) {
+    const auto& mean = streak.light[k].mean;
+    ratios.push_back(std::log10(*std::max_element(mean.begin(), mean.end()) / theirs[k]));
+  }
+  return ratios;
+}
+
+// Sets with equal amplitudes differ in orientation alone: one pair of unknowns for each opposite pair.
+struct Group {
+  std::vector<int> sets = {};
+  double a20 = 0, a31 = 0;
+};
+
+std::vector<Group> groups_of(const Preset& preset) {
+  std::vector<Group> groups;
+  std::map<std::array<double, 3>, std::size_t> known;
+  for (const OscillationSet& set : preset.sets) {
+    if (set.a20 == 0 && set.a31 == 0) continue;
+    // Opposite directions share what they look like from their axis: along the view, or across it.
+    const double axis = std::fmod(set.phi_drop_deg + 360, 180);
+    const auto [at, fresh] = known.try_emplace({set.a20, set.a31, axis}, groups.size());
+    if (fresh) groups.push_back({{}, set.a20, set.a31});
+    groups[at->second].sets.push_back(set.index);
+  }
+  return groups;
+}
+
+// A Ceres cost over any number of parameters, from a plain function.
+struct Residuals {
+  std::function<std::vector<double>(const double*)> of;
+  bool operator()(double const* const* parameters, double* residuals) const {
+    const std::vector<double> values = of(parameters[0]);
+    std::copy(values.begin(), values.end(), residuals);
+    return true;
+  }
+};
+
+struct Solution {
+  std::vector<double> x = {}, standard_error = {};
+  double square_before = 0, square_after = 0;
+  std::size_t residuals = 0;
+  bool converged = false;
+};
+
+double sum_of_squares(const std::vector<double>& v) {
+  double sum = 0;
+  for (const double r : v) sum += r * r;
+  return sum;
+}
+
+// Square roots of the covariance's diagonal, scaled by the residuals; negative where it is singular.
+std::vector<double> standard_errors(ceres::Problem& problem, std::vector<double>& x,
+                                    double square, std::size_t residuals) {
+  const std::size_t n = x.size();
+  ceres::Covariance covariance({});
+  std::vector<double> matrix(n * n, -1.0), errors;
+  const std::vector<std::pair<const double*, const double*>> blocks = {{x.data(), x.data()}};
+  if (!covariance.Compute(blocks, &problem) ||
+      !covariance.GetCovarianceBlock(x.data(), x.data(), matrix.data())) {
+    return std::vector<double>(n, -1.0);
+  }
+  const double scale = square / static_cast<double>(residuals - n);
+  for (std::size_t i = 0; i < n; ++i) errors.push_back(std::sqrt(scale * matrix[i * n + i]));
+  return errors;
+}
+
+Solution solve(const std::vector<double>& start, const std::vector<double>& low,
+               const std::vector<double>& high, const Residuals& residuals) {
+  Solution solution;
+  solution.x = start;
+  const std::vector<double> first = residuals.of(start.data());
+  solution.square_before = sum_of_squares(first);
+  solution.residuals = first.size();
+  ceres::NumericDiffOptions differences;
+  differences.relative_step_size = difference_step;
+  auto* cost = new ceres::DynamicNumericDiffCostFunction<Residuals, ceres::FORWARD>(
+      new Residuals(residuals), ceres::TAKE_OWNERSHIP, differences);
+  cost->AddParameterBlock(static_cast<int>(start.size()));
+  cost->SetNumResiduals(static_cast<int>(first.size()));
+  ceres::Problem problem;  // owns the cost and the loss
+  problem.AddResidualBlock(cost, new ceres::SoftLOneLoss(0.2), solution.x.data());
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    problem.SetParameterLowerBound(solution.x.data(), static_cast<int>(i), low[i]);
+    problem.SetParameterUpperBound(solution.x.data(), static_cast<int>(i), high[i]);
+  }
+  ceres::Solver::Options options;
+  options.max_num_iterations = 8;
+  options.function_tolerance = 1e-3;  // a hundredth of the residuals' spread
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  solution.converged = summary.IsSolutionUsable();
+  solution.square_after = sum_of_squares(residuals.of(solution.x.data()));
+  solution.standard_error =
+      standard_errors(problem, solution.x, solution.square_after, first.size());
+  return solution;
+}
+
+FittedValue fitted(const std::string& name, double start, const Solution& solution,
+                   std::size_t index) {
+  FittedValue value{name, start, solution.x[index], solution.standard_error[index], true};
+  // An interval as wide as the value itself says nothing.
+  if (!(value.standard_error >= 0) || value.standard_error > std::abs(value.value)) {
+    value.identifiable = false;
+    value.value = start;
+  }
+  return value;
+}
+
+struct Totals {
+  double before = 0, after = 0;
+  std::size_t count = 0;
+};
+
+// The cone and the unit, on the rigid sphere.
+void fit_cone(Preset& preset, const std::vector<RealFactor>& factors, FactorFit& fit,
+              Totals& totals) {
+  const Residuals residuals{[&](const double* x) {
+    Preset trial = preset;
+    trial.cone_half_angle_deg = x[0];
+    std::vector<double> r = log_ratios(trial, 0, factors);
+    for (double& v : r) v -= x[1];
+    return r;
+  }};
+  double mean = 0;
+  const std::vector<double> ratios = log_ratios(preset, 0, factors);
+  for (const double r : ratios) mean += r / static_cast<double>(ratios.size());
+  const Solution s = solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2},
+                           residuals);
+  fit.values.push_back(fitted("cone_half_angle_deg", preset.cone_half_angle_deg, s, 0));
+  fit.log10_constant = s.x[1];
+  fit.converged = fit.converged && s.converged;
+  totals.before += s.square_before;
+  totals.after += s.square_after;
+  totals.count += s.residuals;
+  preset.cone_half_angle_deg = fit.values.back().value;
+}
+
+void fit_group(const Preset& preset, const std::vector<RealFactor>& factors, const Group& group,
+               FactorFit& fit, Totals& totals) {
+  const bool two = group.a31 != 0;
+  const Residuals residuals{[&](const double* x) {
+    Preset trial = preset;
+    for (OscillationSet& set : trial.sets) {
+      if (std::count(group.sets.begin(), group.sets.end(), set.index) == 0) continue;
+      set.a20 = x[0];
+      set.a31 = two ? x[1] : 0;
+    }
+    std::vector<double> all;
+    for (const int index : group.sets) {
+      for (const double r : log_ratios(trial, index, factors)) {
+        all.push_back(r - fit.log10_constant);
+      }
+    }
+    return all;
+  }};
+  const Solution s = two ? solve({group.a20, group.a31}, {0.03, 0.03}, {0.3, 0.15}, residuals)
+                         : solve({group.a20}, {0.03}, {0.3}, residuals);
+  const std::string sets = fmt::format("sets {}", fmt::join(group.sets, ", "));
+  fit.values.push_back(fitted("A20 of " + sets, group.a20, s, 0));
+  if (two) fit.values.push_back(fitted("A31 of " + sets, group.a31, s, 1));
+  fit.converged = fit.converged && s.converged;
+  totals.before += s.square_before;
+  totals.after += s.square_after;
+  totals.count += s.residuals;
+}
+
+}  // namespace
+
+FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& factors,
+                      const Progress& progress) {
+  if (std::none_of(factors.begin(), factors.end(), is_fitted)) {
+    throw std::runtime_error("no factor of light elevation 10 or 90; expected some to fit");
+  }
+  FactorFit fit;
+  Totals totals;
+  Preset trial = preset;
+  const std::vector<Group> groups = groups_of(preset);
+  fit_cone(trial, factors, fit, totals);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    if (progress) {
+      progress(fmt::format("sets {}", fmt::join(groups[k].sets, ", ")),
+               static_cast<double>(k) / static_cast<double>(groups.size()));
+    }
+    fit_group(trial, factors, groups[k], fit, totals);
+  }
+  if (progress) progress("fit", 1);
+  fit.rms_before = std::sqrt(totals.before / static_cast<double>(totals.count));
+  fit.rms_after = std::sqrt(totals.after / static_cast<double>(totals.count));
+  return fit;
+}
+
+void write_factor_fit(const std::string& file, const FactorFit& fit) {
+  nlohmann::ordered_json values = nlohmann::ordered_json::array();
+  for (const FittedValue& v : fit.values) {
+    nlohmann::ordered_json entry = {{"name", v.name}, {"start", v.start}};
+    if (v.identifiable) {
+      entry["value"] = v.value;
+      entry["standard_error"] = v.standard_error;
+    }
+    entry["identifiable"] = v.identifiable;
+    values.push_back(entry);
+  }
+  const nlohmann::ordered_json document = {{"version", 1},
+                                           {"values", values},
+                                           {"log10_constant", fit.log10_constant},
+                                           {"rms_before", fit.rms_before},
+                                           {"rms_after", fit.rms_after},
+                                           {"converged", fit.converged}};
+  write_file_atomically(file, document.dump(2) + "\n");
+}
+
+}  // namespace pluvia
