@@ -219,8 +219,8 @@ double gaussian_curvature_1_m2(const DropInstant& drop, const Eigen::Vector3d& u
   const Eigen::Matrix2d first = slopes + d.h * d.h * identity;
   const Eigen::Matrix2d second = d.h * d.h * identity + 2 * slopes - d.h * d.second;
   const double w2 = d.h * d.h + d.gradient.squaredNorm();
-  return second.determinant() / (w2 * first.determinant() * drop.surface.scale *
-                                 drop.surface.scale);
+  return second.determinant() /
+         (w2 * first.determinant() * drop.surface.scale * drop.surface.scale);
 }
 
 double minimum_radius_m(const DropInstant& drop) {
@@ -229,7 +229,8 @@ double minimum_radius_m(const DropInstant& drop) {
     const TangentFrame frame = tangent_frame(u);
     const auto d = tangent_derivatives(drop.surface, u, frame);
     const double det = d.second.determinant();
-    // Along a valley (a rotational body's ring) the Hessian is singular: there the grid's value stands.
+    // Along a valley (a rotational body's ring) the Hessian is singular: there the grid's value
+    // stands.
     if (!(det > 1e-12) || d.second.trace() <= 0) break;
     const Eigen::Vector2d step = -d.second.inverse() * d.gradient;
     if (step.norm() > 0.1) break;
@@ -257,11 +258,9 @@ double volume_m3(const DropInstant& drop) {
 }
 
 Eigen::Vector3d centroid_m(const DropInstant& drop) {
-  const Eigen::Vector3d moment =
-      integrate(drop, 4 * degree_of(drop.surface) + 1, Eigen::Vector3d(0, 0, 0),
-                [](const Eigen::Vector3d& u, double r) -> Eigen::Vector3d {
-                  return r * r * r * r / 4 * u;
-                });
+  const Eigen::Vector3d moment = integrate(
+      drop, 4 * degree_of(drop.surface) + 1, Eigen::Vector3d(0, 0, 0),
+      [](const Eigen::Vector3d& u, double r) -> Eigen::Vector3d { return r * r * r * r / 4 * u; });
   return moment / volume_m3(drop);
 }
 

@@ -17,8 +17,8 @@ FieldRow times(const FieldRow& row, double re, double im) {
           row[2] * im + row[3] * re};
 }
 
-// Unit vector perpendicular to the plane of incidence; any one across the beam at normal incidence, where
-// s and p are alike.
+// Unit vector perpendicular to the plane of incidence; any one across the beam at normal incidence,
+// where s and p are alike.
 Eigen::Vector3d s_axis(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d s = direction.cross(normal);
   const double length2 = s.squaredNorm();
@@ -36,7 +36,9 @@ Beam unpolarised_beam(const Eigen::Vector3d& direction) {
   return beam;
 }
 
-double power(const Beam& beam) { return 0.5 * beam.field.squaredNorm(); }
+double power(const Beam& beam) {
+  return 0.5 * beam.field.squaredNorm();
+}
 
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio) {
   const Eigen::Vector3d& d = beam.direction;
