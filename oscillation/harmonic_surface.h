@@ -1,11 +1,10 @@
 // The surface of a drop at one instant, as a polynomial in the unit direction u = (x, y, z):
-//
 //   r(u) = scale h(u),   h(u) = sum_m [ a_m(z) Re (x + iy)^m + b_m(z) Im (x + iy)^m ]
 //
 // On the unit sphere P_{n,m}(cos theta) cos m phi = (d^m P_n / dz^m)(z) Re (x + iy)^m: every mode
 // of the drop and every term cos(k theta) of its equilibrium shape adds to these few polynomials.
-// So the one formula has no singular poles, no trigonometry, and any scalar type T (double, Jet
-// ..).
+// So the one formula has no singular poles, no trigonometry, and any scalar type T (double, Jet).
+// Pure functions, thread-safe.
 #pragma once
 
 #include <algorithm>
@@ -95,7 +94,7 @@ HarmonicValue<T> evaluate(const HarmonicSurface<T>& surface, const Eigen::Matrix
   return value;
 }
 
-// Symmetric matrix of second derivatives of the polynomial in x, y, z.
+// Symmetric matrix of second derivatives in x, y, z.
 Eigen::Matrix3d hessian(const HarmonicSurface<double>& surface, const Eigen::Vector3d& u);
 
 }  // namespace pluvia
