@@ -21,9 +21,9 @@ std::vector<double> parse_row(const std::string& line, const std::string& place)
   while (at < end) {
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc() || (next != end && *next != ',')) {
-      throw std::runtime_error(fmt::format("{}: \"{}\"; expected numbers between commas", place,
-                                           std::string(at, end).substr(0, 20)));
+    if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) {
+      throw std::runtime_error(fmt::format("{}: \"{}\"; expected finite numbers between commas",
+                                           place, std::string(at, end).substr(0, 20)));
     }
     values.push_back(value);
     at = next + 1;
@@ -51,6 +51,10 @@ EquilibriumTable read_equilibrium_table(const std::string& file) {
       terms.push_back(k % 2 == 1 ? -c : c);
     }
     if (row[0] == 8 && row[1] == -1187) terms[0] = -1178e-4;
+    if (!(row[0] > 0)) {
+      throw std::runtime_error(
+          fmt::format("{}:{}: d = {} mm; expected d > 0", file, number, row[0]));
+    }
     if (!table.diameter_m.empty() && row[0] * 1e-3 <= table.diameter_m.back()) {
       throw std::runtime_error(
           fmt::format("{}:{}: d = {} mm; expected ascending diameters", file, number, row[0]));

@@ -41,6 +41,17 @@ double reynolds_of_large_drop(double bond, double property) {
                                 std::log(bond * root)));
 }
 
+void refuse_unknown_air(const Air& air) {
+  if (!(air.temperature_c >= -40 && air.temperature_c <= 50)) {
+    throw std::invalid_argument(
+        fmt::format("temperature_c = {}; expected -40 <= temperature_c <= 50", air.temperature_c));
+  }
+  if (!(air.pressure_pa >= 1e4 && air.pressure_pa <= 1.2e5)) {
+    throw std::invalid_argument(
+        fmt::format("pressure_pa = {}; expected 1e4 <= pressure_pa <= 1.2e5", air.pressure_pa));
+  }
+}
+
 }  // namespace
 
 double fall_speed_m_s(double diameter_m, const Air& air) {
@@ -48,6 +59,7 @@ double fall_speed_m_s(double diameter_m, const Air& air) {
     throw std::invalid_argument(
         fmt::format("diameter_m = {}; expected 0 < diameter_m <= 0.007", diameter_m));
   }
+  refuse_unknown_air(air);
   const double temperature_k = air.temperature_c + 273.15;
   const double air_density = air.pressure_pa / (287.05 * temperature_k);
   const double viscosity = air_viscosity_pa_s(temperature_k);

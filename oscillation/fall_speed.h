@@ -6,8 +6,8 @@
 namespace pluvia {
 
 struct Air {
-  double temperature_c = 20;  // -40 .. 50
-  double pressure_pa = 101325;
+  double temperature_c = 20;    // -40 .. 50
+  double pressure_pa = 101325;  // 1e4 .. 1.2e5
 };
 
 // diameter in (0, 7e-3] m of the sphere of equal volume. Throws std::invalid_argument outside.
