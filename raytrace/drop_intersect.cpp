@@ -10,7 +10,9 @@ namespace pluvia {
 namespace {
 
 constexpr double half_pi = std::numbers::pi / 2;
-constexpr int step_limit = 200;           // a tangent touch takes about 50; never met in practice
+// A simple root takes about 8 steps. A touch closes its gap by a constant share a step, by few per
+// cent where the surface is much flatter than its bound: 243 steps were seen among 5,000 touches.
+constexpr int step_limit = 10000;
 constexpr double root_tolerance = 4e-15;  // of G / scale: a few roundings
 
 // The ray in the plane through the star centre; lengths relative to the drop's scale.
