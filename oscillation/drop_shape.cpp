@@ -147,20 +147,29 @@ TangentDerivatives tangent_derivatives(const HarmonicSurface<double>& surface,
               Eigen::Matrix2d::Identity() * value.gradient.dot(u)};
 }
 
-// The directions of a grid among which the nearest to the smallest radius must be: no direction is
-// farther than `gap` from one of the grid, and a minimum grows by at most bend gap^2 / 2 over it.
-std::vector<Eigen::Vector3d> near_minimum(const DropInstant& drop) {
-  constexpr int rings = 48;
-  constexpr double gap = pi / rings / std::numbers::sqrt2;
+// A grid of directions; no direction is farther than grid_gap from the nearest of them.
+constexpr int grid_rings = 48;
+constexpr double grid_gap = pi / grid_rings / std::numbers::sqrt2;
+
+std::vector<Eigen::Vector3d> direction_grid() {
   std::vector<Eigen::Vector3d> grid = {{0, 0, 1}, {0, 0, -1}};
-  for (int i = 1; i < rings; ++i) {
-    for (int j = 0; j < 2 * rings; ++j) {
-      grid.push_back(unit_direction(pi * i / rings, pi * j / rings));
+  for (int i = 1; i < grid_rings; ++i) {
+    for (int j = 0; j < 2 * grid_rings; ++j) {
+      grid.push_back(unit_direction(pi * i / grid_rings, pi * j / grid_rings));
     }
   }
+  return grid;
+}
+
+// The directions of the grid among which the nearest to the smallest radius must be: over the gap a
+// minimum grows by at most bend gap^2 / 2.
+std::vector<Eigen::Vector3d> near_minimum(const DropInstant& drop) {
+  static const std::vector<Eigen::Vector3d> grid = direction_grid();
   std::vector<double> h;
+  h.reserve(grid.size());
   for (const Eigen::Vector3d& u : grid) h.push_back(evaluate(drop.surface, u).h);
-  const double most = *std::min_element(h.begin(), h.end()) + 0.5 * drop.bound_bend * gap * gap;
+  const double most =
+      *std::min_element(h.begin(), h.end()) + 0.5 * drop.bound_bend * grid_gap * grid_gap;
   std::vector<Eigen::Vector3d> near;
   for (std::size_t k = 0; k < grid.size(); ++k) {
     if (h[k] <= most) near.push_back(grid[k]);
