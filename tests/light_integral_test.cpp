@@ -139,6 +139,27 @@ std::vector<double> picture(const DropInstant& drop, const Eigen::Vector3d& ligh
   return window.values;
 }
 
+TEST(LightIntegral, TheTopOfTheDropIsTheTopOfThePicture) {
+  // P_3 of amplitude 0.2 reaches 1.2 r0 above the centre and 0.8 r0 below: 4.8 and 3.2 pixels of r0
+  // / 4 from row 6, that is into row 1 and into row 9 (its first fifth), and no farther.
+  StreakFrame frame;
+  frame.width_px = frame.height_px = 12;
+  frame.pixel_m = 0.25e-3;
+  frame.centre_column = 6;
+  StreakWindow window = make_window(frame, 2, 1.3e-3, 6, 6);
+  const DropInstant drop = frozen_drop({{.n = 3, .amplitude = 0.2}});
+  const ExitField field = trace_exit_field(drop, view_from_elevation(0), lights_at({}, 5), deep(3));
+  integrate_lights(field, lights_at({}, 5), frame, {6, 6}, 1, window);
+  const auto covered = [&](int row) {
+    const double* columns = window.row(1, row - window.first_row);
+    return std::accumulate(columns, columns + 12, 0.0);
+  };
+  EXPECT_EQ(covered(0), 0);
+  EXPECT_GT(covered(1), 0.3);
+  EXPECT_GT(covered(9), 0.1);
+  EXPECT_EQ(covered(10), 0);
+}
+
 TEST(LightIntegral, MirroredLightsGiveMirroredPictures) {
   // A drop that is symmetric about the plane of view and vertical: y -> -y mirrors the columns. The
   // map's grid is symmetric too, up to the diagonals of its quads: error of linear triangles, 1 %
