@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Dense>
@@ -146,21 +147,58 @@ TangentDerivatives tangent_derivatives(const HarmonicSurface<double>& surface,
               Eigen::Matrix2d::Identity() * value.gradient.dot(u)};
 }
 
-Eigen::Vector3d coarse_minimum(const DropInstant& drop) {
-  Eigen::Vector3d best = {0, 0, 1};
-  double smallest = surface_radius_m(drop, best);
-  for (int i = 1; i < 48; ++i) {
-    for (int j = 0; j < 96; ++j) {
-      const Eigen::Vector3d u = unit_direction(pi * i / 48, 2 * pi * j / 96);
-      const double r = surface_radius_m(drop, u);
-      if (r < smallest) {
-        smallest = r;
-        best = u;
-      }
+// A grid of directions; no direction is farther than grid_gap from the nearest of them.
+constexpr int grid_rings = 48;
+constexpr double grid_gap = pi / grid_rings / std::numbers::sqrt2;
+
+std::vector<Eigen::Vector3d> direction_grid() {
+  std::vector<Eigen::Vector3d> grid = {{0, 0, 1}, {0, 0, -1}};
+  for (int i = 1; i < grid_rings; ++i) {
+    for (int j = 0; j < 2 * grid_rings; ++j) {
+      grid.push_back(unit_direction(pi * i / grid_rings, pi * j / grid_rings));
     }
   }
-  const double south = surface_radius_m(drop, Eigen::Vector3d(0, 0, -1));
-  return south < smallest ? Eigen::Vector3d(0, 0, -1) : best;
+  return grid;
+}
+
+// The directions of the grid among which the nearest to the smallest radius must be: over the gap a
+// minimum grows by at most bend gap^2 / 2.
+std::vector<Eigen::Vector3d> near_minimum(const DropInstant& drop) {
+  static const std::vector<Eigen::Vector3d> grid = direction_grid();
+  std::vector<double> h;
+  h.reserve(grid.size());
+  for (const Eigen::Vector3d& u : grid) h.push_back(evaluate(drop.surface, u).h);
+  const double most =
+      *std::min_element(h.begin(), h.end()) + 0.5 * drop.bound_bend * grid_gap * grid_gap;
+  std::vector<Eigen::Vector3d> near;
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    if (h[k] <= most) near.push_back(grid[k]);
+  }
+  return near;
+}
+
+// Newton downhill from u, along the principal directions that bend: along a valley (a rotational
+// body's ring) nothing is to be won.
+double polished_minimum(const DropInstant& drop, Eigen::Vector3d u) {
+  double h = evaluate(drop.surface, u).h;
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    const TangentFrame frame = tangent_frame(u);
+    const auto d = tangent_derivatives(drop.surface, u, frame);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> principal;
+    principal.computeDirect(d.second);
+    Eigen::Vector2d step = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+      const double bend = principal.eigenvalues()[k];
+      const Eigen::Vector2d axis = principal.eigenvectors().col(k);
+      if (bend > 1e-6 * drop.bound_bend) step -= axis * (axis.dot(d.gradient) / bend);
+    }
+    if (step.norm() > 0.1) break;
+    u = (u + step[0] * frame.e1 + step[1] * frame.e2).normalized();
+    const double next = evaluate(drop.surface, u).h;
+    if (next >= h) break;
+    h = next;
+  }
+  return h;
 }
 
 }  // namespace
@@ -219,31 +257,22 @@ double gaussian_curvature_1_m2(const DropInstant& drop, const Eigen::Vector3d& u
   const Eigen::Matrix2d first = slopes + d.h * d.h * identity;
   const Eigen::Matrix2d second = d.h * d.h * identity + 2 * slopes - d.h * d.second;
   const double w2 = d.h * d.h + d.gradient.squaredNorm();
-  return second.determinant() / (w2 * first.determinant() * drop.surface.scale *
-                                 drop.surface.scale);
+  return second.determinant() /
+         (w2 * first.determinant() * drop.surface.scale * drop.surface.scale);
 }
 
 double minimum_radius_m(const DropInstant& drop) {
-  Eigen::Vector3d u = coarse_minimum(drop);
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    const TangentFrame frame = tangent_frame(u);
-    const auto d = tangent_derivatives(drop.surface, u, frame);
-    const double det = d.second.determinant();
-    // Along a valley (a rotational body's ring) the Hessian is singular: there the grid's value stands.
-    if (!(det > 1e-12) || d.second.trace() <= 0) break;
-    const Eigen::Vector2d step = -d.second.inverse() * d.gradient;
-    if (step.norm() > 0.1) break;
-    const Eigen::Vector3d next = (u + step[0] * frame.e1 + step[1] * frame.e2).normalized();
-    if (surface_radius_m(drop, next) > surface_radius_m(drop, u)) break;
-    u = next;
-    if (step.norm() < 1e-9) break;
+  if (drop.bound_bend == 0) return surface_radius_m(drop, Eigen::Vector3d(0, 0, 1));
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& u : near_minimum(drop)) {
+    smallest = std::min(smallest, polished_minimum(drop, u));
   }
-  return surface_radius_m(drop, u);
+  return drop.surface.scale * smallest;
 }
 
 double minimum_relative_radius(const DropShape& drop, double duration_s, int steps) {
   const int count = is_rigid(drop) ? 1 : steps;
-  double smallest = 1e300;
+  double smallest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < count; ++i) {
     const double time_s = count > 1 ? duration_s * i / (count - 1) : 0;
     smallest = std::min(smallest, minimum_radius_m(drop_at(drop, time_s)) / drop.mean_radius_m);
@@ -257,11 +286,9 @@ double volume_m3(const DropInstant& drop) {
 }
 
 Eigen::Vector3d centroid_m(const DropInstant& drop) {
-  const Eigen::Vector3d moment =
-      integrate(drop, 4 * degree_of(drop.surface) + 1, Eigen::Vector3d(0, 0, 0),
-                [](const Eigen::Vector3d& u, double r) -> Eigen::Vector3d {
-                  return r * r * r * r / 4 * u;
-                });
+  const Eigen::Vector3d moment = integrate(
+      drop, 4 * degree_of(drop.surface) + 1, Eigen::Vector3d(0, 0, 0),
+      [](const Eigen::Vector3d& u, double r) -> Eigen::Vector3d { return r * r * r * r / 4 * u; });
   return moment / volume_m3(drop);
 }
 

@@ -21,9 +21,9 @@ std::vector<double> parse_row(const std::string& line, const std::string& place)
   while (at < end) {
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc() || (next != end && *next != ',')) {
-      throw std::runtime_error(fmt::format("{}: \"{}\"; expected numbers between commas", place,
-                                           std::string(at, end).substr(0, 20)));
+    if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) {
+      throw std::runtime_error(fmt::format("{}: \"{}\"; expected finite numbers between commas",
+                                           place, std::string(at, end).substr(0, 20)));
     }
     values.push_back(value);
     at = next + 1;
@@ -51,9 +51,13 @@ EquilibriumTable read_equilibrium_table(const std::string& file) {
       terms.push_back(k % 2 == 1 ? -c : c);
     }
     if (row[0] == 8 && row[1] == -1187) terms[0] = -1178e-4;
+    if (!(row[0] > 0)) {
+      throw std::runtime_error(
+          fmt::format("{}:{}: d = {} mm; expected d > 0", file, number, row[0]));
+    }
     if (!table.diameter_m.empty() && row[0] * 1e-3 <= table.diameter_m.back()) {
-      throw std::runtime_error(fmt::format("{}:{}: d = {} mm; expected ascending diameters", file,
-                                           number, row[0]));
+      throw std::runtime_error(
+          fmt::format("{}:{}: d = {} mm; expected ascending diameters", file, number, row[0]));
     }
     table.diameter_m.push_back(row[0] * 1e-3);
     table.cos_terms.push_back(std::move(terms));
@@ -75,8 +79,8 @@ std::vector<double> equilibrium_cos(const EquilibriumTable& table, double diamet
     for (double& c : terms) c *= std::pow(diameter_m / d.front(), 2);
     return terms;
   }
-  const auto above = static_cast<std::size_t>(
-      std::lower_bound(d.begin(), d.end(), diameter_m) - d.begin());
+  const auto above =
+      static_cast<std::size_t>(std::lower_bound(d.begin(), d.end(), diameter_m) - d.begin());
   const double w = (diameter_m - d[above - 1]) / (d[above] - d[above - 1]);
   for (std::size_t k = 0; k < terms.size(); ++k) {
     terms[k] = (1 - w) * table.cos_terms[above - 1][k] + w * table.cos_terms[above][k];

@@ -1,13 +1,13 @@
-// Terminal fall speed of raindrops: Beard 1976 (J. Atmos. Sci. 33, 851), the drop regimes up to 7 mm.
-// Constants as in three public codes that agree; within 0.6 % of Gunn and Kinzer 1949 above 1 mm, within
-// 2.2 % at 0.5 mm (tests/fall_speed_test.cpp, data/tables/gunn_kinzer_1949.csv).
+// Terminal fall speed of raindrops: Beard 1976 (J. Atmos. Sci. 33, 851), the drop regimes up to 7
+// mm. Constants as in three public codes that agree; within 0.6 % of Gunn and Kinzer 1949 above 1
+// mm, within 2.2 % at 0.5 mm (tests/fall_speed_test.cpp, data/tables/gunn_kinzer_1949.csv).
 #pragma once
 
 namespace pluvia {
 
 struct Air {
-  double temperature_c = 20;          // -40 .. 50
-  double pressure_pa = 101325;
+  double temperature_c = 20;    // -40 .. 50
+  double pressure_pa = 101325;  // 1e4 .. 1.2e5
 };
 
 // diameter in (0, 7e-3] m of the sphere of equal volume. Throws std::invalid_argument outside.

@@ -1,13 +1,13 @@
 // The surface of a drop at one instant, as a polynomial in the unit direction u = (x, y, z):
-//
 //   r(u) = scale h(u),   h(u) = sum_m [ a_m(z) Re (x + iy)^m + b_m(z) Im (x + iy)^m ]
 //
-// On the unit sphere P_{n,m}(cos theta) cos m phi = (d^m P_n / dz^m)(z) Re (x + iy)^m: every mode of the
-// drop and every term cos(k theta) of its equilibrium shape adds to these few polynomials. So the one
-// formula has no singular poles, no trigonometry, and any scalar type T (double, a wide pack, a Jet of
-// automatic differentiation). Pure functions, thread-safe.
+// On the unit sphere P_{n,m}(cos theta) cos m phi = (d^m P_n / dz^m)(z) Re (x + iy)^m: every mode
+// of the drop and every term cos(k theta) of its equilibrium shape adds to these few polynomials.
+// So the one formula has no singular poles, no trigonometry, and any scalar type T (double, Jet).
+// Pure functions, thread-safe.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 
@@ -17,7 +17,7 @@ namespace pluvia {
 
 constexpr int max_harmonic_degree = 10;
 
-// Coefficients, lowest power first, of d^m P_n / dz^m; P_n the Legendre polynomial. 0 <= m <= n <= 10.
+// Coefficients, lowest power first, of d^m P_n / dz^m, P_n Legendre's polynomial, m <= n <= 10.
 std::array<double, max_harmonic_degree + 1> legendre_derivative(int n, int m);
 
 // Coefficients of T_k with T_k(cos theta) = cos(k theta). 0 <= k <= 10.
@@ -27,7 +27,7 @@ template <typename T>
 struct HarmonicSurface {
   struct Order {
     int m = 0;
-    int degree = 0;                                  // of a and b in z
+    int degree = 0;  // of a and b in z
     std::array<T, max_harmonic_degree + 1> a = {};
     std::array<T, max_harmonic_degree + 1> b = {};
   };
@@ -42,21 +42,19 @@ void add_harmonic(HarmonicSurface<T>& surface, int m, int degree,
                   const std::array<double, max_harmonic_degree + 1>& p, const T& cosine,
                   const T& sine) {
   assert(m >= 0 && degree >= 0 && m + degree <= max_harmonic_degree);
-  int i = 0;
-  while (i < surface.order_count && surface.orders[static_cast<std::size_t>(i)].m < m) ++i;
-  if (i == surface.order_count || surface.orders[static_cast<std::size_t>(i)].m != m) {
-    for (int j = surface.order_count; j > i; --j) {
-      surface.orders[static_cast<std::size_t>(j)] = surface.orders[static_cast<std::size_t>(j - 1)];
-    }
-    surface.orders[static_cast<std::size_t>(i)] = {};
-    surface.orders[static_cast<std::size_t>(i)].m = m;
+  auto* const first = surface.orders.data();
+  auto* const end = first + surface.order_count;
+  auto* const order = std::find_if(first, end, [m](const auto& o) { return o.m >= m; });
+  if (order == end || order->m != m) {
+    std::move_backward(order, end, end + 1);
+    *order = {};
+    order->m = m;
     ++surface.order_count;
   }
-  auto& order = surface.orders[static_cast<std::size_t>(i)];
-  if (degree > order.degree) order.degree = degree;
+  order->degree = std::max(order->degree, degree);
   for (std::size_t k = 0; k <= static_cast<std::size_t>(degree); ++k) {
-    order.a[k] += cosine * T(p[k]);
-    order.b[k] += sine * T(p[k]);
+    order->a[k] += cosine * T(p[k]);
+    order->b[k] += sine * T(p[k]);
   }
 }
 
@@ -96,7 +94,7 @@ HarmonicValue<T> evaluate(const HarmonicSurface<T>& surface, const Eigen::Matrix
   return value;
 }
 
-// Symmetric matrix of second derivatives of the polynomial in x, y, z.
+// Symmetric matrix of second derivatives in x, y, z.
 Eigen::Matrix3d hessian(const HarmonicSurface<double>& surface, const Eigen::Vector3d& u);
 
 }  // namespace pluvia

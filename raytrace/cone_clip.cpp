@@ -99,8 +99,7 @@ PolygonFlux polygon_flux(const ConePolygon& polygon) {
     const ConeVertex& a = polygon.vertices[0];
     const ConeVertex& b = polygon.vertices[static_cast<std::size_t>(i)];
     const ConeVertex& c = polygon.vertices[static_cast<std::size_t>(i + 1)];
-    const double area =
-        0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
+    const double area = 0.5 * std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
     flux.area += area;
     flux.throughput += area * (a.throughput + b.throughput + c.throughput) / 3;
   }

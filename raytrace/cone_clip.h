@@ -1,11 +1,11 @@
 // The part of a surface triangle whose light comes from a cone.
 //
-// A triangle of the exit field has a position in the picture, a throughput and an exit direction at each
-// corner. About the cone's axis the directions are gnomonic coordinates (u, v), linear in between; the
-// cone is there the disc |(u, v)| <= tan(half angle), here a 16-gon of the same area (a flux error below
-// 2 % of the cone's rim only where the field bends within it). What is left after clipping is measured in
-// the picture, so folds of the map (caustics) need no special case: nothing is ever divided by an area in
-// direction space.
+// A triangle of the exit field has a position in the picture, a throughput and an exit direction at
+// each corner. About the cone's axis the directions are gnomonic coordinates (u, v), linear in
+// between; the cone is there the disc |(u, v)| <= tan(half angle), here a 16-gon of the same area
+// (a flux error below 2 % of the cone's rim only where the field bends within it). What is left
+// after clipping is measured in the picture, so folds of the map (caustics) need no special case:
+// nothing is ever divided by an area in direction space.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ Cone make_cone(const Eigen::Vector3d& axis, double half_angle_rad);
 
 // No defaults: polygons are made by the million, and clearing one costs as much as clipping it.
 struct ConeVertex {
-  double u, v;         // gnomonic
-  double x, y;         // in the picture
+  double u, v;  // gnomonic
+  double x, y;  // in the picture
   double throughput;
 };
 
@@ -36,8 +36,8 @@ struct ConePolygon {
   int count;
 };
 
-// Gnomonic coordinates of a direction. False (and untouched) when it is more than 78 degrees off the
-// axis, where the map is useless.
+// Gnomonic coordinates of a direction. False (and untouched) when it is more than 78 degrees off
+// the axis, where the map is useless.
 bool gnomonic(const Cone& cone, const Eigen::Vector3d& direction, ConeVertex& vertex);
 
 // Keeps the part inside the cone.

@@ -10,7 +10,9 @@ namespace pluvia {
 namespace {
 
 constexpr double half_pi = std::numbers::pi / 2;
-constexpr int step_limit = 200;      // a tangent touch takes about 50; the limit is never met in practice
+// A simple root takes about 8 steps. A touch closes its gap by a constant share a step, by few per
+// cent where the surface is much flatter than its bound: 243 steps were seen among 5,000 touches.
+constexpr int step_limit = 10000;
 constexpr double root_tolerance = 4e-15;  // of G / scale: a few roundings
 
 // The ray in the plane through the star centre; lengths relative to the drop's scale.
@@ -65,8 +67,8 @@ double safe_step(double f, double slope, double m) {
 std::optional<RayPoint> first_root(const DropInstant& drop, const RayPlane& ray, RaySide side) {
   const bool outside = side == RaySide::outside;
   if (outside && (ray.b >= drop.bound_h)) return std::nullopt;
-  // |(r cos psi)''| <= |r'' cos - 2 r' sin| + r cos: inside it may fall at that rate; outside -G falls at
-  // the first part only.
+  // |(r cos psi)''| <= |r'' cos - 2 r' sin| + r cos: inside it may fall at that rate; outside -G
+  // falls at the first part only.
   const double bend = std::hypot(drop.bound_bend, 2 * drop.bound_slope);
   const double m = outside ? bend : bend + drop.bound_h;
   const double sign = outside ? -1 : 1;
@@ -79,7 +81,7 @@ std::optional<RayPoint> first_root(const DropInstant& drop, const RayPlane& ray,
     const double slope = sign * p.slope;
     if (f <= root_tolerance) {
       if (slope < 0 && (left_start || outside)) return p;
-      if (slope <= 0 && !left_start) return std::nullopt;  // inside, grazing outward at its own start
+      if (slope <= 0 && !left_start) return std::nullopt;  // from inside, grazing its own start
       if (slope <= 0) return p;
     }
     const double h = safe_step(f, slope, m);
@@ -102,8 +104,7 @@ std::optional<DropHit> intersect_drop(const DropInstant& drop, const Eigen::Vect
   const RayPlane ray = ray_plane(drop, origin_m, direction);
   const auto p = first_root(drop, ray, side);
   if (!p) return std::nullopt;
-  const Eigen::Vector3d tangential =
-      p->surface.gradient - p->surface.gradient.dot(p->u) * p->u;
+  const Eigen::Vector3d tangential = p->surface.gradient - p->surface.gradient.dot(p->u) * p->u;
   DropHit hit;
   hit.position = drop.origin_m + drop.surface.scale * p->surface.h * p->u;
   hit.normal = (p->u - tangential / p->surface.h).normalized();

@@ -1,12 +1,12 @@
 // A ray against the analytic surface of a drop, in double precision, safe for concave drops.
 //
-// With b the distance of the ray's line from the star centre and psi the angle at that centre from the
-// closest point, the line has radius b / cos psi, so it is inside the drop where
+// With b the distance of the ray's line from the star centre and psi the angle at that centre from
+// the closest point, the line has radius b / cos psi, so it is inside the drop where
 //   G(psi) = r(u(psi)) cos psi - b > 0,   u(psi) = e cos psi + d sin psi.
-// G'' is bounded (Bernstein's inequality on the modes), so from a point where G and G' are known there is
-// a step that provably contains no root: the positive root of |G| + |G|' h - M h^2 / 2. Taking such steps
-// walks up to the FIRST root from one side and never past it; near a simple root the step becomes
-// Newton's. No root is missed, however the surface bends.
+// G'' is bounded (Bernstein's inequality on the modes), so from a point where G and G' are known
+// there is a step that provably contains no root: the positive root of |G| + |G|' h - M h^2 / 2.
+// Taking such steps walks up to the FIRST root from one side and never past it; near a simple root
+// the step becomes Newton's. No root is missed, however the surface bends.
 #pragma once
 
 #include <optional>
@@ -18,19 +18,20 @@
 namespace pluvia {
 
 struct DropHit {
-  double distance = 0;                     // along the unit direction, same unit as r
-  Eigen::Vector3d position = {0, 0, 0};    // on the surface
-  Eigen::Vector3d normal = {0, 0, 1};      // outward, unit
+  double distance = 0;                   // along the unit direction, same unit as r
+  Eigen::Vector3d position = {0, 0, 0};  // on the surface
+  Eigen::Vector3d normal = {0, 0, 1};    // outward, unit
 };
 
 // Where the ray starts.
 enum class RaySide {
-  outside,   // from anywhere outside, also exactly on the surface and leaving it
-  inside     // from inside, also exactly on the surface and entering
+  outside,  // from anywhere outside, also exactly on the surface and leaving it
+  inside    // from inside, also exactly on the surface and entering
 };
 
-// Origin and positions relative to the drop's own origin (its centre of fall), direction unit. nullopt: no
-// surface ahead; from inside that only happens for a start on the surface that grazes it.
+// Origin and positions relative to the drop's own origin (its centre of fall), direction unit.
+// nullopt: no surface ahead; from inside that only happens for a start on the surface that grazes
+// it.
 std::optional<DropHit> intersect_drop(const DropInstant& drop, const Eigen::Vector3d& origin_m,
                                       const Eigen::Vector3d& direction, RaySide side);
 

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <embree3/rtcore.h>
+#include <Eigen/Geometry>
 
 namespace pluvia {
 
@@ -21,8 +21,8 @@ RTCDevice shared_device() {
   return device;
 }
 
-// Carries the double-precision ray past Embree's single-precision one. The Embree part stands first, so
-// that the callback can get from its pointer to the whole.
+// Carries the double-precision ray past Embree's single-precision one. The Embree part stands
+// first, so that the callback can get from its pointer to the whole.
 struct DropContext {
   RTCIntersectContext embree;
   const DropInstant* drop;
@@ -40,8 +40,8 @@ void drop_bounds(const RTCBoundsFunctionArguments* args) {
 void intersect_analytic_drop(const RTCIntersectFunctionNArguments* args) {
   if (!args->valid[0]) return;
   auto* context = reinterpret_cast<DropContext*>(args->context);
-  context->hit = intersect_drop(*context->drop, context->origin_m, context->direction,
-                                context->side);
+  context->hit =
+      intersect_drop(*context->drop, context->origin_m, context->direction, context->side);
   if (!context->hit) return;
   auto* rayhit = reinterpret_cast<RTCRayHit*>(args->rayhit);
   rayhit->ray.tfar = static_cast<float>(context->hit->distance);
@@ -86,12 +86,13 @@ EmbreeDrop::EmbreeDrop(double bounding_radius_m) : state_(std::make_unique<State
   rtcCommitScene(state_->scene);
 }
 
-EmbreeDrop::~EmbreeDrop() { rtcReleaseScene(state_->scene); }
+EmbreeDrop::~EmbreeDrop() {
+  rtcReleaseScene(state_->scene);
+}
 
 std::optional<DropHit> EmbreeDrop::intersect(const DropInstant& drop,
                                              const Eigen::Vector3d& origin_m,
-                                             const Eigen::Vector3d& direction,
-                                             RaySide side) const {
+                                             const Eigen::Vector3d& direction, RaySide side) const {
   DropContext context = {};
   rtcInitIntersectContext(&context.embree);
   context.drop = &drop;
@@ -118,8 +119,8 @@ SphereMesh subdivided_octahedron(int levels) {
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<unsigned, unsigned>, unsigned> middles;
     const auto middle = [&](unsigned a, unsigned b) {
-      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b),
-                                                   static_cast<unsigned>(mesh.corners.size()));
+      const auto [at, fresh] =
+          middles.try_emplace(std::minmax(a, b), static_cast<unsigned>(mesh.corners.size()));
       if (fresh) mesh.corners.push_back((mesh.corners[a] + mesh.corners[b]).normalized());
       return at->second;
     };
@@ -146,9 +147,9 @@ MeshDrop::MeshDrop(const DropInstant& drop, int levels) : state_(std::make_uniqu
   const SphereMesh mesh = subdivided_octahedron(levels);
   state_->triangles = mesh.triangles;
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* corners = static_cast<float*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                              3 * sizeof(float), mesh.corners.size()));
+  auto* corners = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                              RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                              mesh.corners.size()));
   for (const Eigen::Vector3d& u : mesh.corners) {
     const Eigen::Vector3d p = drop.origin_m + surface_radius_m(drop, u) * u;
     for (int k = 0; k < 3; ++k) *corners++ = static_cast<float>(p[k]);
@@ -167,9 +168,13 @@ MeshDrop::MeshDrop(const DropInstant& drop, int levels) : state_(std::make_uniqu
   rtcCommitScene(state_->scene);
 }
 
-MeshDrop::~MeshDrop() { rtcReleaseScene(state_->scene); }
+MeshDrop::~MeshDrop() {
+  rtcReleaseScene(state_->scene);
+}
 
-std::size_t MeshDrop::triangle_count() const { return state_->triangles.size(); }
+std::size_t MeshDrop::triangle_count() const {
+  return state_->triangles.size();
+}
 
 std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
                                            const Eigen::Vector3d& direction) const {

@@ -1,5 +1,6 @@
-// Drops as Embree geometry: the analytic surface as a user geometry whose double-precision rays travel
-// beside Embree's float ones, and a triangle mesh with smooth normals as the independent second way.
+// Drops as Embree geometry: the analytic surface as a user geometry whose double-precision rays
+// travel beside Embree's float ones, and a triangle mesh with smooth normals as the independent
+// second way.
 #pragma once
 
 #include <functional>
@@ -14,8 +15,8 @@ namespace pluvia {
 using DropIntersector = std::function<std::optional<DropHit>(
     const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, RaySide side)>;
 
-// The analytic drop in an Embree scene of its own. Built once for a bounding radius; any instant whose
-// surface lies within it can be asked for without a rebuild. Thread-safe after construction.
+// The analytic drop in an Embree scene of its own. Built once for a bounding radius; any instant
+// whose surface lies within it can be asked for without a rebuild. Thread-safe after construction.
 class EmbreeDrop {
  public:
   // Throws std::runtime_error when Embree cannot start.
@@ -32,8 +33,8 @@ class EmbreeDrop {
   std::unique_ptr<State> state_;
 };
 
-// The drop at one instant as a subdivided octahedron: 8 * 4^levels triangles, corners exactly on the
-// surface, corner normals exact, both interpolated linearly.
+// The drop at one instant as a subdivided octahedron: 8 * 4^levels triangles, corners exactly on
+// the surface, corner normals exact, both interpolated linearly.
 class MeshDrop {
  public:
   MeshDrop(const DropInstant& drop, int levels);
@@ -43,7 +44,8 @@ class MeshDrop {
 
   std::size_t triangle_count() const;
 
-  // A ray that starts on the surface must start a little off it (1e-6 of the radius) on its own side.
+  // A ray that starts on the surface must start a little off it (1e-6 of the radius) on its own
+  // side.
   std::optional<DropHit> intersect(const Eigen::Vector3d& origin_m,
                                    const Eigen::Vector3d& direction) const;
 

@@ -23,8 +23,8 @@ struct Lattice {
   const View& view;
   const FieldOptions& options;
   ExitField& field;
-  int side = 0;              // lattice points per side
-  double reach = 0;          // the map covers [-reach, reach]^2
+  int side = 0;      // lattice points per side
+  double reach = 0;  // the map covers [-reach, reach]^2
   Eigen::Vector3d e1 = {}, e2 = {};
   std::vector<std::uint32_t> index = {};
 
@@ -50,8 +50,7 @@ struct Lattice {
     FieldNode node;
     if (r >= pi) return node;
     const double sinc = r > 1e-9 ? std::sin(r) / r : 1;
-    const Eigen::Vector3d u =
-        std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
+    const Eigen::Vector3d u = std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
     const Eigen::Vector3d normal = surface_normal(drop, u);
     if (normal.dot(view.to_camera) <= 0) return node;
     const Eigen::Vector3d position = drop.origin_m + surface_radius_m(drop, u) * u;
@@ -65,8 +64,8 @@ struct Lattice {
   void trace_paths(FieldNode& node, const Eigen::Vector3d& position,
                    const Eigen::Vector3d& normal) {
     node.first_exit = static_cast<std::uint32_t>(field.exits.size());
-    const PathRemainder left = trace_exits(drop, position, normal, view.to_camera, options.paths,
-                                           field.exits);
+    const PathRemainder left =
+        trace_exits(drop, position, normal, view.to_camera, options.paths, field.exits);
     node.exit_count = static_cast<std::uint32_t>(field.exits.size()) - node.first_exit;
     for (std::uint32_t k = 0; k < node.exit_count; ++k) {
       node.throughput += field.exits[node.first_exit + k].throughput;
@@ -82,12 +81,12 @@ using Nine = std::array<std::uint32_t, 9>;  // a cell's nodes, row by row
 
 // How one path's map looks in a cell.
 struct PathShape {
-  int present = 0;                       // of the nine nodes
-  Eigen::Vector3d centre = {0, 0, 0};    // mean direction, unit
-  double radius = 0;                     // largest distance (chord) of a node's direction from it
-  double bend = 0;                       // largest distance of a middle from the mean of its ends
-  bool dark = true;                      // no node passes light
-  bool breaks_off = false;               // some do, some do not
+  int present = 0;                     // of the nine nodes
+  Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
+  double radius = 0;                   // largest distance (chord) of a node's direction from it
+  double bend = 0;                     // largest distance of a middle from the mean of its ends
+  bool dark = true;                    // no node passes light
+  bool breaks_off = false;             // some do, some do not
 };
 
 PathShape path_shape(const ExitField& field, const Nine& nodes, std::uint64_t signature) {
@@ -170,9 +169,8 @@ struct Refiner {
     constexpr std::size_t corners[4][4] = {{0, 1, 4, 3}, {1, 2, 5, 4}, {3, 4, 7, 6}, {4, 5, 8, 7}};
     for (const auto& c : corners) {
       const std::array<std::uint32_t, 4> quad = {n[c[0]], n[c[1]], n[c[2]], n[c[3]]};
-      const auto visible = std::count_if(quad.begin(), quad.end(), [&](std::uint32_t k) {
-        return field.nodes[k].visible;
-      });
+      const auto visible = std::count_if(quad.begin(), quad.end(),
+                                         [&](std::uint32_t k) { return field.nodes[k].visible; });
       if (visible >= 3) field.quads.push_back(quad);
     }
   }
@@ -222,15 +220,17 @@ ExitField trace_exit_field(const DropInstant& drop, const View& view, const Cone
   Lattice lattice{drop, view, options, field};
   const int depth = deepest(options);
   lattice.side = 2 * options.base_cells * (1 << depth) + 1;
-  // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle from the
-  // view axis nothing faces the camera.
+  // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
+  // from the view axis nothing faces the camera.
   const double smallest_h = std::max(0.2, 2 - drop.bound_h);
-  lattice.reach = std::min(pi, pi / 2 + std::atan(drop.bound_slope / smallest_h)) +
-                  2.0 / options.base_cells;
-  lattice.e1 = std::cos(options.rotation_rad) * view.right + std::sin(options.rotation_rad) * view.up;
-  lattice.e2 = std::cos(options.rotation_rad) * view.up - std::sin(options.rotation_rad) * view.right;
-  lattice.index.assign(static_cast<std::size_t>(lattice.side) * static_cast<std::size_t>(lattice.side),
-                       no_node);
+  lattice.reach =
+      std::min(pi, pi / 2 + std::atan(drop.bound_slope / smallest_h)) + 2.0 / options.base_cells;
+  lattice.e1 =
+      std::cos(options.rotation_rad) * view.right + std::sin(options.rotation_rad) * view.up;
+  lattice.e2 =
+      std::cos(options.rotation_rad) * view.up - std::sin(options.rotation_rad) * view.right;
+  lattice.index.assign(
+      static_cast<std::size_t>(lattice.side) * static_cast<std::size_t>(lattice.side), no_node);
   Refiner refiner{lattice, lights, options, field};
   const int span = 2 << depth;
   for (int j = 0; j < options.base_cells; ++j) {

@@ -77,8 +77,7 @@ struct Tracer {
       }
       meet(walker, hit->position, hit->normal);
     } else if (walker.side == RaySide::outside) {
-      exits.push_back(
-          {walker.signature, walker.order, walker.beam.direction, power(walker.beam)});
+      exits.push_back({walker.signature, walker.order, walker.beam.direction, power(walker.beam)});
     } else {
       remainder.lost += power(walker.beam);
     }

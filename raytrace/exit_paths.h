@@ -1,10 +1,12 @@
-// All ways in which light can leave the drop toward the camera through one point of its surface, followed
-// backward: the camera's ray meets the surface there, splits at every interface, and each ray that escapes
-// is a direction from which light would reach the camera, with the share of power that arrives.
+// All ways in which light can leave the drop toward the camera through one point of its surface,
+// followed backward: the camera's ray meets the surface there, splits at every interface, and each
+// ray that escapes is a direction from which light would reach the camera, with the share of power
+// that arrives.
 //
-// Order p = number of segments inside the drop (0 reflection, 1 refraction, 2 one internal reflection ..).
-// A ray that leaves a concave drop and meets it again goes on splitting. Paths are told apart by their
-// signature: a hash of the choices (reflected, transmitted) at the interfaces met.
+// Order p = number of segments inside the drop (0 reflection, 1 refraction, 2 one internal
+// reflection ..). A ray that leaves a concave drop and meets it again goes on splitting. Paths are
+// told apart by their signature: a hash of the choices (reflected, transmitted) at the interfaces
+// met.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +24,9 @@ struct PathOptions {
   double min_power = 1e-7;          // a beam below this share of the power is given up, and counted
 };
 
-// An exit of throughput 0 carries no light; it continues a path's map beyond the place where the path
-// breaks off: total reflection (the direction is the tangent to which refracted rays tend) or a second
-// meeting with the drop (the direction of the ray that meets it).
+// An exit of throughput 0 carries no light; it continues a path's map beyond the place where the
+// path breaks off: total reflection (the direction is the tangent to which refracted rays tend) or
+// a second meeting with the drop (the direction of the ray that meets it).
 struct PathExit {
   std::uint64_t signature = 1;
   int order = 0;
@@ -32,8 +34,9 @@ struct PathExit {
   double throughput = 0;                  // share of power for unpolarised light, 0 .. 1
 };
 
-// What did not escape within the options: the sum of all throughputs, of given_up and of beyond_order is
-// 1 up to rounding. lost counts power of rays that grazed their own starting point (normally 0).
+// What did not escape within the options: the sum of all throughputs, of given_up and of
+// beyond_order is 1 up to rounding. lost counts power of rays that grazed their own starting point
+// (normally 0).
 struct PathRemainder {
   double beyond_order = 0;
   double given_up = 0;

@@ -102,13 +102,14 @@ struct Integrator {
     }
     if (!lit) return;
     const double length = centre.norm();
-    if (length < 1e-6) return;  // directions all around the sphere: no linear map; the refiner's depth ran out
+    if (length < 1e-6) return;  // directions all around: no linear map; the depth ran out
     centre /= length;
     double radius = 0;
     for (const PathExit* exit : exits) {
       if (exit) radius = std::max(radius, (exit->direction - centre).norm());
     }
-    const double reach = 1.05 * radius + 1.02 * lights.half_angle_rad;  // chords, the 16-gon's corners
+    // Chords are shorter than arcs, and the 16-gon's corners stand out.
+    const double reach = 1.05 * radius + 1.02 * lights.half_angle_rad;
     const double cosine = std::cos(std::min(reach, std::numbers::pi));
     const Triangles t = triangles_of(quad, [&](std::size_t k) { return exits[k] != nullptr; });
     for (std::size_t light = 0; light < cones.size(); ++light) {

@@ -17,13 +17,22 @@ FieldRow times(const FieldRow& row, double re, double im) {
           row[2] * im + row[3] * re};
 }
 
-// Unit vector perpendicular to the plane of incidence; any one across the beam at normal incidence, where
-// s and p are alike.
+// Unit vector perpendicular to the plane of incidence; any one across the beam at normal incidence,
+// where s and p are alike.
 Eigen::Vector3d s_axis(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal) {
-  const Eigen::Vector3d s = direction.cross(normal);
+  Eigen::Vector3d s = direction.cross(normal);
+  // A short product is partly rounding, also along the beam: that part would cost power.
+  s -= s.dot(direction) * direction;
   const double length2 = s.squaredNorm();
   if (length2 < 1e-24) return direction.unitOrthogonal();
   return s / std::sqrt(length2);
+}
+
+// Squared cosine of refraction, < 0 for total reflection. Written so that nothing cancels for a
+// ratio near 1, where 1 - ratio^2 sin^2 loses a small cosine.
+double cos2_refracted(double cos_incidence, double ratio) {
+  const double c = ratio * cos_incidence;
+  return (1 - ratio) * (1 + ratio) + c * c;
 }
 
 }  // namespace
@@ -36,7 +45,9 @@ Beam unpolarised_beam(const Eigen::Vector3d& direction) {
   return beam;
 }
 
-double power(const Beam& beam) { return 0.5 * beam.field.squaredNorm(); }
+double power(const Beam& beam) {
+  return 0.5 * beam.field.squaredNorm();
+}
 
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio) {
   const Eigen::Vector3d& d = beam.direction;
@@ -49,7 +60,7 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
   Split out;
   out.reflected.direction = (d + 2 * ci * normal).normalized();
   const Eigen::Vector3d p_reflected = out.reflected.direction.cross(s);
-  const double ct2 = 1 - index_ratio * index_ratio * (1 - ci * ci);
+  const double ct2 = cos2_refracted(ci, index_ratio);
   if (ct2 <= 0) {
     // Total reflection: r = (a - i b)/(a + i b) has modulus 1 and a phase that differs for s and p.
     out.totally_reflected = true;
@@ -77,7 +88,7 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
 }
 
 FresnelPower fresnel_reflectance(double cos_incidence, double index_ratio) {
-  const double ct2 = 1 - index_ratio * index_ratio * (1 - cos_incidence * cos_incidence);
+  const double ct2 = cos2_refracted(cos_incidence, index_ratio);
   if (ct2 <= 0) return {1, 1};
   const double ct = std::sqrt(ct2);
   const double rs = (index_ratio * cos_incidence - ct) / (index_ratio * cos_incidence + ct);

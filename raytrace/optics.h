@@ -1,11 +1,12 @@
 // Reflection and refraction at a smooth interface, with polarisation carried along.
 //
-// A Beam holds the electric field that unit unpolarised light makes: two orthogonal, mutually incoherent
-// input polarisations, each a complex vector perpendicular to the direction. At an interface the field is
-// split into its parts perpendicular (s) and parallel (p) to the plane of incidence, so a turn of that
-// plane between two interfaces needs no extra step. Amplitudes are power-normalised: |r|^2 + |t|^2 = 1 for
-// s and for p, on every interface; the share of power in a beam is half the sum of the squares.
-// Born and Wolf, Principles of Optics, section 1.5. Indices of refraction are real.
+// A Beam holds the electric field that unit unpolarised light makes: two orthogonal, mutually
+// incoherent input polarisations, each a complex vector perpendicular to the direction. At an
+// interface the field is split into its parts perpendicular (s) and parallel (p) to the plane of
+// incidence, so a turn of that plane between two interfaces needs no extra step. Amplitudes are
+// power-normalised: |r|^2 + |t|^2 = 1 for s and for p, on every interface; the share of power in a
+// beam is half the sum of the squares. Born and Wolf, Principles of Optics, section 1.5. Indices of
+// refraction are real.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +14,7 @@
 namespace pluvia {
 
 struct Beam {
-  Eigen::Vector3d direction = {0, 0, 1};                                  // unit
+  Eigen::Vector3d direction = {0, 0, 1};                                    // unit
   Eigen::Matrix<double, 3, 4> field = Eigen::Matrix<double, 3, 4>::Zero();  // Re1, Im1, Re2, Im2
 };
 
@@ -25,16 +26,17 @@ double power(const Beam& beam);
 
 struct Split {
   Beam reflected = {};
-  Beam refracted = {};        // where totally_reflected: no field, along the surface
+  Beam refracted = {};  // where totally_reflected: no field, along the surface
   bool totally_reflected = false;
 };
 
-// The beam meets an interface whose unit normal points against it (normal . direction < 0, asserted);
-// index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything unchanged.
+// The beam meets an interface whose unit normal points against it (normal . direction < 0,
+// asserted); index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything
+// unchanged.
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio);
 
 struct FresnelPower {
-  double s = 0, p = 0;        // reflected share of power
+  double s = 0, p = 0;  // reflected share of power
 };
 
 // cos_incidence in [0, 1]. Total reflection gives 1, 1.

@@ -20,7 +20,9 @@ Spread at_least(double low, double high) {
   return lack > 0 ? Spread{low - 0.5 * lack, high + 0.5 * lack} : Spread{low, high};
 }
 
-double ramp2(double x) { return x > 0 ? 0.5 * x * x : 0; }
+double ramp2(double x) {
+  return x > 0 ? 0.5 * x * x : 0;
+}
 
 // Distribution function of the sum of two independent uniforms.
 struct SumOfTwo {
@@ -30,8 +32,8 @@ struct SumOfTwo {
       : a(first), b(second), scale(1 / ((a.high - a.low) * (b.high - b.low))) {}
   double below(double t) const {
     if (t >= a.high + b.high) return 1;
-    return scale * (ramp2(t - a.low - b.low) - ramp2(t - a.low - b.high) -
-                    ramp2(t - a.high - b.low));
+    return scale *
+           (ramp2(t - a.low - b.low) - ramp2(t - a.low - b.high) - ramp2(t - a.high - b.low));
   }
 };
 
@@ -39,8 +41,7 @@ void deposit_column(StreakWindow& window, int plane, int column, const SumOfTwo&
                     double amount) {
   const double low = spread.a.low + spread.b.low, high = spread.a.high + spread.b.high;
   const int first = std::max(window.first_row, static_cast<int>(std::floor(low)));
-  const int last =
-      std::min(window.first_row + window.rows - 1, static_cast<int>(std::floor(high)));
+  const int last = std::min(window.first_row + window.rows - 1, static_cast<int>(std::floor(high)));
   double before = spread.below(first);
   for (int r = first; r <= last; ++r) {
     const double after = spread.below(r + 1);

@@ -1,4 +1,5 @@
-// The picture of a streak: where the drop is in it at each moment, and sums deposited into its pixels.
+// The picture of a streak: where the drop is in it at each moment, and sums deposited into its
+// pixels.
 #pragma once
 
 #include <vector>
@@ -7,9 +8,9 @@
 
 namespace pluvia {
 
-// An orthographic picture of the whole fall. Column and row coordinates are continuous, pixel (i, j)
-// covers [i, i+1] x [j, j+1]; the drop's centre stays on centre_column and moves from path_top_row at
-// shutter-open to path_top_row + path_rows at shutter-close.
+// An orthographic picture of the whole fall. Column and row coordinates are continuous, pixel (i,
+// j) covers [i, i+1] x [j, j+1]; the drop's centre stays on centre_column and moves from
+// path_top_row at shutter-open to path_top_row + path_rows at shutter-close.
 struct StreakFrame {
   int width_px = 32;
   int height_px = 0;
@@ -44,10 +45,10 @@ struct Travel {
   double first_row = 0, last_row = 0;
 };
 
-// Adds polygon's area (in pixels) times mean throughput times weight, spread over the rows that it passes
-// during the slice: exact over columns, and over rows exact for the travel and for the polygon's own
-// extent as if it were a rectangle. The polygon's x is a column, its y a row relative to the centre's.
-// What falls beyond the frame's edges is left out: the frame cuts it.
+// Adds polygon's area (in pixels) times mean throughput times weight, spread over the rows that it
+// passes during the slice: exact over columns, and over rows exact for the travel and for the
+// polygon's own extent as if it were a rectangle. The polygon's x is a column, its y a row relative
+// to the centre's. What falls beyond the frame's edges is left out: the frame cuts it.
 void deposit(StreakWindow& window, int plane, const Travel& travel, ConePolygon polygon,
              double weight);
 
