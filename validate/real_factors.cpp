@@ -44,16 +44,17 @@ std::vector<RealFactor> read_real_factors(const std::string& file) {
     const std::string place = fmt::format("{}:{}", file, number);
     const auto row = numbers_of(line, place);
     if (row.size() != 12) {
-      throw std::runtime_error(
-          fmt::format("{}: {} columns; expected elevation, azimuth and ten factors", place,
-                      row.size()));
+      throw std::runtime_error(fmt::format(
+          "{}: {} columns; expected elevation, azimuth and ten factors", place, row.size()));
     }
     for (int oscillation = 0; oscillation < 10; ++oscillation) {
       const double factor = row[static_cast<std::size_t>(oscillation) + 2];
-      if (!(factor > 0)) {
-        throw std::runtime_error(fmt::format("{}: factor {}; expected > 0", place, factor));
+      if (!(factor > 0) || !std::isfinite(factor)) {
+        throw std::runtime_error(
+            fmt::format("{}: factor {}; expected a finite number > 0", place, factor));
       }
-      factors.push_back({{static_cast<int>(row[0]), static_cast<int>(row[1])}, oscillation, factor});
+      factors.push_back(
+          {{static_cast<int>(row[0]), static_cast<int>(row[1])}, oscillation, factor});
     }
   }
   if (factors.empty()) throw std::runtime_error(file + ": no rows; expected a table of factors");
@@ -66,9 +67,10 @@ FactorComparison compare_factors(const std::string& database_folder, const Manif
   for (const ShardRecord& record : manifest.shards) {
     if (record.key.view_elevation_deg != 0) continue;
     if (record.width_px != 32) {
-      throw std::runtime_error(fmt::format("{}/{}: {} px wide; expected 32 px, the size whose "
-                                           "maximum is the factor",
-                                           database_folder, record.file, record.width_px));
+      throw std::runtime_error(
+          fmt::format("{}/{}: {} px wide; expected 32 px, the size whose "
+                      "maximum is the factor",
+                      database_folder, record.file, record.width_px));
     }
     shards[record.key.oscillation] = read_shard(database_folder + "/" + record.file);
   }
@@ -87,6 +89,12 @@ FactorComparison compare_factors(const std::string& database_folder, const Manif
     if (at == lights.end()) continue;
     const auto& mean = shard->second.light[static_cast<std::size_t>(at - lights.begin())].mean;
     const double ours = *std::max_element(mean.begin(), mean.end());
+    if (!(ours > 0)) {
+      throw std::runtime_error(fmt::format(
+          "{}: light of elevation {} and azimuth {} of oscillation {} is black; expected a maximum "
+          "> 0",
+          database_folder, real.light.elevation_deg, real.light.azimuth_deg, real.oscillation));
+    }
     comparison.residuals.push_back({real, std::log10(ours / real.factor)});
     if (real.light.elevation_deg == judged_elevation_deg) continue;
     sum += comparison.residuals.back().log10_ratio;
