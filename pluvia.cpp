@@ -1,4 +1,5 @@
-// pluvia: the one program. Each subcommand reads, calls one function of a folder, writes, and says what.
+// pluvia: the one program. Each subcommand reads, calls one function of a folder, writes, and says
+// what.
 
 #include <unistd.h>
 
@@ -9,9 +10,9 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <CLI/CLI.hpp>
 
 #include "atlas/atomic_file.h"
 #include "atlas/image_io.h"
@@ -57,6 +58,16 @@ struct GenerateFlags {
   int threads = 0;
 };
 
+void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
+  std::string known;
+  for (const pluvia::OscillationSet& set : preset.sets) {
+    if (set.index == oscillation) return;
+    known += (known.empty() ? "" : ", ") + std::to_string(set.index);
+  }
+  throw CLI::ValidationError(
+      "--oscillations", fmt::format("{}; expected one of the preset's {}", oscillation, known));
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -66,10 +77,11 @@ void generate(const GenerateFlags& flags) {
   pluvia::Preset preset = pluvia::read_preset(flags.preset);
   if (!flags.views.empty()) preset.view_elevations_deg = flags.views;
   if (!flags.oscillations.empty()) preset.oscillations = flags.oscillations;
+  for (const int oscillation : preset.oscillations) refuse_missing_set(preset, oscillation);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
   const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
-  fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out,
-             summary.traced, summary.cpu_s, summary.found);
+  fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
+             summary.cpu_s, summary.found);
 }
 
 struct PackFlags {
@@ -121,6 +133,7 @@ struct ValidateFlags {
 
 // False when a check failed; the report is written all the same.
 bool validate(const ValidateFlags& flags) {
+  pluvia::make_folder(flags.out);  // before the minutes of measuring
   const pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
   pluvia::write_report(flags.out, report);
   bool passed = true;
@@ -137,10 +150,22 @@ bool validate(const ValidateFlags& flags) {
   return passed;
 }
 
+// CLI::Range lets nan pass: it is neither below the range nor above.
+CLI::Validator finite_range(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    double value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
+      return std::string();
+    return fmt::format("{}; expected {} .. {}", text, low, high);
+  };
+  return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
+}
+
 CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   CLI::App* command = app.add_subcommand("generate", "trace a streak database from a preset");
   command->add_option("preset", flags.preset, "preset, TOML")->required();
-  command->add_option("--out", flags.out, "folder of the database; a killed run resumes")->required();
+  command->add_option("--out", flags.out, "folder of the database; a killed run resumes")
+      ->required();
   command->add_option("--views", flags.views, "view elevations [deg] instead of the preset's")
       ->delimiter(',')
       ->check(CLI::Range(0, 80));
@@ -150,7 +175,7 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   command
       ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
                    "of every light, instead of the preset's")
-      ->check(CLI::Range(0.05, 30.0));
+      ->check(finite_range(0.05, 30));
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
   return command;
@@ -176,7 +201,7 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--start-s", flags.start_s, "time of the first frame")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(finite_range(0, 1e6))
       ->capture_default_str();
   command->footer("example: pluvia render data/scenes/street.toml --atlas atlas --out frames");
   return command;
@@ -231,6 +256,9 @@ int main(int argc, char** argv) {
     if (*render_command) render(render_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
+  } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong
+    fmt::print(stderr, "{}: {}\n", name, error.what());
+    return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", name, error.what());
     return 1;
