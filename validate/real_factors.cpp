@@ -27,9 +27,19 @@ std::vector<double> numbers_of(const std::string& line, const std::string& place
                                            std::string(at, end).substr(0, 20)));
     }
     values.push_back(value);
+    if (next == end) break;
     at = next + 1;
+    if (at == end) {
+      throw std::runtime_error(place + ": nothing after the last comma; expected a number");
+    }
   }
   return values;
+}
+
+int whole_degrees(double angle, int low, int high, const std::string& place) {
+  if (angle >= low && angle <= high && angle == std::floor(angle)) return static_cast<int>(angle);
+  throw std::runtime_error(
+      fmt::format("{}: angle {}; expected whole degrees, {} .. {}", place, angle, low, high));
 }
 
 }  // namespace
@@ -47,14 +57,15 @@ std::vector<RealFactor> read_real_factors(const std::string& file) {
       throw std::runtime_error(fmt::format(
           "{}: {} columns; expected elevation, azimuth and ten factors", place, row.size()));
     }
+    const LightDirection light = {whole_degrees(row[0], -90, 90, place),
+                                  whole_degrees(row[1], 0, 180, place)};
     for (int oscillation = 0; oscillation < 10; ++oscillation) {
       const double factor = row[static_cast<std::size_t>(oscillation) + 2];
       if (!(factor > 0) || !std::isfinite(factor)) {
         throw std::runtime_error(
             fmt::format("{}: factor {}; expected a finite number > 0", place, factor));
       }
-      factors.push_back(
-          {{static_cast<int>(row[0]), static_cast<int>(row[1])}, oscillation, factor});
+      factors.push_back({light, oscillation, factor});
     }
   }
   if (factors.empty()) throw std::runtime_error(file + ": no rows; expected a table of factors");
