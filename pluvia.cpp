@@ -39,7 +39,7 @@ struct ProgressLine {
     if (share < 1 && seconds_since(shown) < (terminal ? 0.1 : 10)) return;
     shown = Clock::now();
     const double left_s = share > 0 ? seconds_since(start) * (1 - share) / share : 0;
-    const std::string eta = share > 0.01 ? fmt::format(", {:.0f} s left", left_s) : "";
+    const std::string eta = share > 0.01 && share < 1 ? fmt::format(", {:.0f} s left", left_s) : "";
     if (terminal) {
       const auto full = static_cast<std::size_t>(30 * share);
       fmt::print(stderr, "\r\033[K[{:<30}] {:3.0f} % {}{}{}", std::string(full, '#'), 100 * share,
@@ -246,7 +246,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    fmt::print(stderr, "pluvia: {}; see pluvia --help\n", error.what());
+    const bool unknown = argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty();
+    fmt::print(stderr, "pluvia: {}; see pluvia --help\n",
+               unknown ? fmt::format("unknown subcommand \"{}\"", argv[1]) : error.what());
     return 2;
   }
   const std::string name = "pluvia " + app.get_subcommands().front()->get_name();
