@@ -1,6 +1,7 @@
 #include "raytrace/streak_tracer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -123,8 +124,13 @@ StreakImage mean_and_variance(const Sums& sums, std::size_t plane) {
 }
 
 void refuse_thin_drop(const StreakRequest& request) {
+  for (const Mode& mode : request.drop.modes) {
+    if (std::isfinite(mode.amplitude)) continue;
+    throw std::invalid_argument(fmt::format("amplitude {} of mode {}, {}; expected a finite number",
+                                            mode.amplitude, mode.n, mode.m));
+  }
   const double smallest = minimum_relative_radius(request.drop, request.exposure_s);
-  if (!(smallest > smallest_relative_radius)) {  // a NaN, too
+  if (smallest <= smallest_relative_radius) {
     throw std::invalid_argument(fmt::format(
         "the drop's surface comes as near as {:.3f} r0 to its centre; expected more than {} r0 "
         "(smaller amplitudes)",

@@ -163,7 +163,7 @@ void add_database_checks(const std::string& database_folder, const std::string& 
 
 void add_gallery(const std::string& database_folder, Report& report) {
   const Manifest manifest = read_manifest(database_folder);
-  const std::string light_name = "light_v+10_h150";
+  const LightDirection behind = {.elevation_deg = 10, .azimuth_deg = 150};
   Figure oscillations{
       "Ten oscillations",
       "Every oscillation set under one light behind the drop (elevation 10, azimuth "
@@ -180,7 +180,7 @@ void add_gallery(const std::string& database_folder, Report& report) {
     const Shard shard = read_shard(database_folder + "/" + record.file);
     for (std::size_t k = 0; k < shard.lights.size(); ++k) {
       const auto& mean = shard.light[k].mean;
-      if (record.images[k] == light_name) {
+      if (shard.lights[k] == behind) {
         oscillations.panels.push_back({picture(shard, mean), white_of(mean),
                                        fmt::format("set {}", record.key.oscillation), false, 1});
       }
@@ -190,7 +190,7 @@ void add_gallery(const std::string& database_folder, Report& report) {
                                      1});
       }
     }
-    if (record.key.oscillation == 6) {
+    if (record.key.oscillation == 6 && !shard.env.mean.empty()) {
       directions.panels.push_back(
           {picture(shard, shard.env.mean), white_of(shard.env.mean), "environment", false, 1});
     }
