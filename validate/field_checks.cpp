@@ -32,8 +32,8 @@ double seconds(const std::chrono::steady_clock::time_point& start) {
 }
 
 std::size_t light_index(const StreakRequest& request, const LightDirection& light) {
-  return static_cast<std::size_t>(
-      std::find(request.lights.begin(), request.lights.end(), light) - request.lights.begin());
+  return static_cast<std::size_t>(std::find(request.lights.begin(), request.lights.end(), light) -
+                                  request.lights.begin());
 }
 
 double flux_of(const StreakImage& image) {
@@ -78,8 +78,7 @@ Figure figure(const StreakRequest& request, const ComparedLight& compared, const
       estimated_relative_error(brute));
   f.panels.push_back({picture(request, field.mean), white, "exit field", false, 1});
   f.panels.push_back({picture(request, brute.mean), white, "brute force", false, 1});
-  f.panels.push_back(
-      {picture(request, difference), white / 4, "field - brute, x 4", true, 1});
+  f.panels.push_back({picture(request, difference), white / 4, "field - brute, x 4", true, 1});
   f.panels.push_back({picture(request, noise), white / 4, "noise of both, x 4", false, 1});
   return f;
 }
