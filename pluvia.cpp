@@ -1,4 +1,5 @@
-// pluvia: the one program. Each subcommand reads, calls one function of a folder, writes, and says what.
+// pluvia: the one program. Each subcommand reads, calls one function of a folder, writes, and says
+// what.
 
 #include <unistd.h>
 
@@ -9,9 +10,9 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+#include <CLI/CLI.hpp>
 
 #include "atlas/atomic_file.h"
 #include "atlas/image_io.h"
@@ -39,7 +40,7 @@ struct ProgressLine {
     if (share < 1 && seconds_since(shown) < (terminal ? 0.1 : 10)) return;
     shown = Clock::now();
     const double left_s = share > 0 ? seconds_since(start) * (1 - share) / share : 0;
-    const std::string eta = share > 0.01 ? fmt::format(", {:.0f} s left", left_s) : "";
+    const std::string eta = share > 0.01 && share < 1 ? fmt::format(", {:.0f} s left", left_s) : "";
     if (terminal) {
       const auto full = static_cast<std::size_t>(30 * share);
       fmt::print(stderr, "\r\033[K[{:<30}] {:3.0f} % {}{}{}", std::string(full, '#'), 100 * share,
@@ -58,6 +59,16 @@ struct GenerateFlags {
   int threads = 0;
 };
 
+void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
+  std::string known;
+  for (const pluvia::OscillationSet& set : preset.sets) {
+    if (set.index == oscillation) return;
+    known += (known.empty() ? "" : ", ") + std::to_string(set.index);
+  }
+  throw CLI::ValidationError(
+      "--oscillations", fmt::format("{}; expected one of the preset's {}", oscillation, known));
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -67,10 +78,11 @@ void generate(const GenerateFlags& flags) {
   pluvia::Preset preset = pluvia::read_preset(flags.preset);
   if (!flags.views.empty()) preset.view_elevations_deg = flags.views;
   if (!flags.oscillations.empty()) preset.oscillations = flags.oscillations;
+  for (const int oscillation : preset.oscillations) refuse_missing_set(preset, oscillation);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
   const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
-  fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out,
-             summary.traced, summary.cpu_s, summary.found);
+  fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
+             summary.cpu_s, summary.found);
 }
 
 struct PackFlags {
@@ -122,6 +134,7 @@ struct ValidateFlags {
 
 // False when a check failed; the report is written all the same.
 bool validate(const ValidateFlags& flags) {
+  pluvia::make_folder(flags.out);  // before the minutes of measuring
   pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
   report.video = flags.video;
   pluvia::write_report(flags.out, report);
@@ -149,17 +162,29 @@ void fit_factors(const FitFlags& flags) {
   pluvia::write_factor_fit(flags.out, fit);
   for (const pluvia::FittedValue& v : fit.values) {
     fmt::print("{:<24} {}\n", v.name,
-               v.identifiable ? fmt::format("{:.4f} +- {:.4f} (from {})", v.value,
-                                            v.standard_error, v.start)
-                              : fmt::format("not determined by these factors (from {})", v.start));
+               v.identifiable
+                   ? fmt::format("{:.4f} +- {:.4f} (from {})", v.value, v.standard_error, v.start)
+                   : fmt::format("not determined by these factors (from {})", v.start));
   }
   fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}\n", fit.rms_after, fit.rms_before);
+}
+
+// CLI::Range lets nan pass: it is neither below the range nor above.
+CLI::Validator finite_range(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    double value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
+      return std::string();
+    return fmt::format("{}; expected {} .. {}", text, low, high);
+  };
+  return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
 }
 
 CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   CLI::App* command = app.add_subcommand("generate", "trace a streak database from a preset");
   command->add_option("preset", flags.preset, "preset, TOML")->required();
-  command->add_option("--out", flags.out, "folder of the database; a killed run resumes")->required();
+  command->add_option("--out", flags.out, "folder of the database; a killed run resumes")
+      ->required();
   command->add_option("--views", flags.views, "view elevations [deg] instead of the preset's")
       ->delimiter(',')
       ->check(CLI::Range(0, 80));
@@ -169,7 +194,7 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   command
       ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
                    "of every light, instead of the preset's")
-      ->check(CLI::Range(0.05, 30.0));
+      ->check(finite_range(0.05, 30));
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
   return command;
@@ -195,7 +220,7 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--start-s", flags.start_s, "time of the first frame")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(finite_range(0, 1e6))
       ->capture_default_str();
   command->footer("example: pluvia render data/scenes/street.toml --atlas atlas --out frames");
   return command;
@@ -257,7 +282,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    fmt::print(stderr, "pluvia: {}; see pluvia --help\n", error.what());
+    const bool unknown = argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty();
+    fmt::print(stderr, "pluvia: {}; see pluvia --help\n",
+               unknown ? fmt::format("unknown subcommand \"{}\"", argv[1]) : error.what());
     return 2;
   }
   const std::string name = "pluvia " + app.get_subcommands().front()->get_name();
@@ -268,6 +295,9 @@ int main(int argc, char** argv) {
     if (*fit_command) fit_factors(fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
+  } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong
+    fmt::print(stderr, "{}: {}\n", name, error.what());
+    return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", name, error.what());
     return 1;

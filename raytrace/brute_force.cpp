@@ -1,12 +1,14 @@
 #include "raytrace/brute_force.h"
 
-#include <atomic>
+#include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 #include <random>
 
-#include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
+#include <Eigen/Geometry>
 
 #include "raytrace/embree_drop.h"
 
@@ -16,7 +18,8 @@ namespace {
 
 using Stokes = Eigen::Vector4d;  // I, Q, U, V; Q > 0 along the reference axis
 
-// Turns the reference axis of a Stokes vector from `from` to `to`, both perpendicular to `direction`.
+// Turns the reference axis of a Stokes vector from `from` to `to`, both perpendicular to
+// `direction`.
 Stokes turn_reference(const Stokes& stokes, const Eigen::Vector3d& direction,
                       const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const double c = from.dot(to), s = direction.cross(from).dot(to);
@@ -32,7 +35,8 @@ struct Ray {
   int order = 0;
 };
 
-// Mueller matrix in the s/p frame from power shares of s and p and the phase difference of p against s.
+// Mueller matrix in the s/p frame from power shares of s and p and the phase difference of p
+// against s.
 Stokes apply_mueller(const Stokes& in, double s_share, double p_share, double cos_phase,
                      double sin_phase) {
   const double plus = 0.5 * (s_share + p_share), minus = 0.5 * (s_share - p_share);
@@ -64,10 +68,11 @@ struct Follower {
     reflected.direction = (ray.direction + 2 * cos1 * normal).normalized();
     reflected.reference = s;
     if (sin2 >= 1) {
-      // tan(delta / 2) = cos1 sqrt(sin1^2 - (n2/n1)^2) / sin1^2, delta the phase of p minus that of s.
+      // tan(delta / 2) = cos1 sqrt(sin1^2 - (n2/n1)^2) / sin1^2, delta the phase of p minus that of
+      // s.
       const double sin1_2 = 1 - cos1 * cos1;
-      const double half = std::atan(cos1 * std::sqrt(std::max(0.0, sin1_2 - n2 * n2 / (n1 * n1))) /
-                                    sin1_2);
+      const double half =
+          std::atan(cos1 * std::sqrt(std::max(0.0, sin1_2 - n2 * n2 / (n1 * n1))) / sin1_2);
       reflected.stokes = apply_mueller(in, 1, 1, std::cos(2 * half), std::sin(2 * half));
       next(reflected, escape);
       return;
@@ -80,8 +85,7 @@ struct Follower {
 
     Ray refracted = ray;
     refracted.inside = !ray.inside;
-    refracted.direction =
-        (n1 / n2 * ray.direction + (n1 / n2 * cos1 - cos2) * normal).normalized();
+    refracted.direction = (n1 / n2 * ray.direction + (n1 / n2 * cos1 - cos2) * normal).normalized();
     refracted.reference = s;
     refracted.stokes = apply_mueller(in, 1 - rs * rs, 1 - rp * rp, 1, 0);
     next(refracted, escape);
@@ -149,8 +153,7 @@ struct BruteJob {
   void trace_ray(const Follower& follower, const View& view, double share, double x, double y,
                  Replicate& sums) const {
     const StreakFrame& frame = request.frame;
-    const Eigen::Vector3d origin =
-        x * view.right + y * view.up + 4 * half_side_m * view.to_camera;
+    const Eigen::Vector3d origin = x * view.right + y * view.up + 4 * half_side_m * view.to_camera;
     const auto hit = embree.intersect(follower.drop, origin, -view.to_camera, RaySide::outside);
     if (!hit) return;
     ++sums.rays;
@@ -158,9 +161,9 @@ struct BruteJob {
     const double row = frame.path_top_row + frame.path_rows * share - y / frame.pixel_m;
     const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
     if (c < 0 || c >= frame.width_px || r < 0 || r >= frame.height_px) return;
-    const std::size_t pixel = static_cast<std::size_t>(r) *
-                                  static_cast<std::size_t>(frame.width_px) +
-                              static_cast<std::size_t>(c);
+    const std::size_t pixel =
+        static_cast<std::size_t>(r) * static_cast<std::size_t>(frame.width_px) +
+        static_cast<std::size_t>(c);
     const double weight = std::pow(2 * half_side_m / frame.pixel_m, 2) /
                           (static_cast<double>(options.rays_per_instant) * options.instants);
     const double cosine = std::cos(request.cone_half_angle_rad);
@@ -209,6 +212,7 @@ Estimate collect(const std::vector<Replicate>& replicates, std::size_t plane, st
 
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
                                const std::function<void(double)>& progress) {
+  assert(options.replicates >= 2 && options.instants >= 1 && options.rays_per_instant >= 1);
   double bound = 1;  // over all instants, relative to r0
   for (int k = 0; k <= 64; ++k) {
     const DropInstant drop = drop_at(request.drop, request.exposure_s * k / 64);
@@ -222,11 +226,13 @@ BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions&
     job.lights.push_back(light_direction(l.elevation_deg, l.azimuth_deg));
   }
   std::vector<Replicate> replicates(static_cast<std::size_t>(options.replicates));
-  std::atomic<int> done = 0;
+  std::mutex progress_mutex;
+  int done = 0;
   tbb::parallel_for(0, options.replicates, [&](int r) {
     replicates[static_cast<std::size_t>(r)] = job.run(r);
-    const int now = ++done;
-    if (progress) progress(static_cast<double>(now) / options.replicates);
+    const std::lock_guard lock(progress_mutex);
+    ++done;
+    if (progress) progress(static_cast<double>(done) / options.replicates);
   });
   BruteStreak streak;
   const std::size_t size = job.plane_size();

@@ -1,10 +1,10 @@
-// The judge of the exit field: camera rays through the picture at random times, followed through the drop
-// and counted where they leave within a light's cone. Shares nothing with the field but the intersection
-// (and that through Embree): its own path follower, and polarisation as Stokes vectors with Mueller
-// matrices instead of fields.
+// The judge of the exit field: camera rays through the picture at random times, followed through
+// the drop and counted where they leave within a light's cone. Shares nothing with the field but
+// the intersection (and that through Embree): its own path follower, and polarisation as Stokes
+// vectors with Mueller matrices instead of fields.
 //
-// Each replicate is a randomly shifted low-discrepancy point set in (x, y, t); the spread of the replicates
-// gives an unbiased variance of their mean, per pixel and per light's flux.
+// Each replicate is a randomly shifted low-discrepancy point set in (x, y, t); the spread of the
+// replicates gives an unbiased variance of their mean, per pixel and per light's flux.
 #pragma once
 
 #include <cstdint>
@@ -30,12 +30,13 @@ struct BruteStreak {
   std::vector<StreakImage> light = {};  // as TracedStreak's, mean and variance of the mean
   StreakImage env = {};
   StreakImage coverage = {};
-  std::vector<Estimate> flux = {};      // per light: sum over all pixels
+  std::vector<Estimate> flux = {};  // per light: sum over all pixels
   Estimate env_flux = {}, coverage_flux = {};
-  double rays = 0;                      // that met the drop
+  double rays = 0;  // that met the drop
 };
 
-// The request's field options are used for their path options only. Same bytes for any thread count.
+// The request's field options are used for their path options only. Same bytes for any thread
+// count. `progress` gets the share done, 0 .. 1, from one thread at a time.
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
                                const std::function<void(double)>& progress = {});
 

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atlas/atomic_file.h"
+#include "atlas/json_place.h"
 
 namespace pluvia {
 
@@ -46,30 +47,55 @@ Manifest empty_manifest(const Preset& preset) {
   return manifest;
 }
 
+// Shards that no manifest vouches for may be of any parameters, and would be taken for this
+// preset's.
+void refuse_stray_shards(const std::string& folder) {
+  for (const auto& entry : fs::directory_iterator(folder + "/shards")) {
+    if (entry.path().extension() != ".exr") continue;
+    throw std::runtime_error(fmt::format(
+        "{}: a shard, but no {}/manifest.json that tells its parameters; expected the manifest, or "
+        "another --out folder",
+        entry.path().string(), folder));
+  }
+}
+
+void refuse_other_database(const std::string& folder, const Manifest& there, const Manifest& here) {
+  const auto differs = [&](const std::string& what, const std::string& found,
+                           const std::string& expected) {
+    if (found == expected) return;
+    throw std::runtime_error(fmt::format(
+        "{}/manifest.json: {} {}; expected {} as in the preset, or another --out folder", folder,
+        what, found, expected));
+  };
+  differs("preset", there.preset, here.preset);
+  const auto found = nlohmann::json::parse(there.parameters);
+  const auto expected = nlohmann::json::parse(here.parameters);
+  const auto text = [](const nlohmann::json& object, const std::string& key) {
+    return object.contains(key) ? object[key].dump() : "absent";
+  };
+  for (const auto& item : expected.items()) {
+    differs(item.key(), text(found, item.key()), item.value().dump());
+  }
+  for (const auto& item : found.items()) {
+    differs(item.key(), item.value().dump(), text(expected, item.key()));
+  }
+  differs("seed", std::to_string(there.seed), std::to_string(here.seed));
+  differs("instruction_set", there.instruction_set, here.instruction_set);
+}
+
 // The folder's own manifest where there is one, an empty one else.
 Manifest open_database(const Preset& preset, const std::string& folder) {
   const Manifest fresh = empty_manifest(preset);
+  if (fs::exists(folder + "/manifest.json")) {
+    const Manifest manifest = read_manifest(folder);
+    refuse_other_database(folder, manifest, fresh);
+    make_folder(folder + "/shards");
+    return manifest;
+  }
   make_folder(folder + "/shards");
-  if (!fs::exists(folder + "/manifest.json")) {
-    write_manifest(folder, fresh);
-    return fresh;
-  }
-  Manifest manifest = read_manifest(folder);
-  const auto differs = [&](const std::string& what, const std::string& there,
-                           const std::string& here) {
-    if (there == here) return;
-    throw std::runtime_error(fmt::format(
-        "{}/manifest.json: {} {}; expected {} as in the preset, or another --out folder", folder,
-        what, there, here));
-  };
-  const auto there = nlohmann::json::parse(manifest.parameters);
-  const auto here = nlohmann::json::parse(fresh.parameters);
-  for (const auto& [key, value] : here.items()) {
-    differs(key, there.contains(key) ? there[key].dump() : "absent", value.dump());
-  }
-  differs("seed", std::to_string(manifest.seed), std::to_string(fresh.seed));
-  differs("instruction_set", manifest.instruction_set, fresh.instruction_set);
-  return manifest;
+  refuse_stray_shards(folder);
+  write_manifest(folder, fresh);
+  return fresh;
 }
 
 ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha) {
@@ -115,26 +141,32 @@ void put_record(Manifest& manifest, const ShardRecord& record) {
 
 // CPU seconds per shard; kept from earlier runs, since their shards are.
 struct CostFile {
-  std::string file;
-  nlohmann::json costs = {{"version", 1}, {"shards", nlohmann::json::object()}};
-
-  explicit CostFile(const std::string& folder) : file(folder + "/cost.json") {
-    if (!fs::exists(file)) return;
-    const auto found = nlohmann::json::parse(read_file(file), nullptr, false);
-    if (found.is_object() && found.contains("shards") && found["shards"].is_object()) {
-      costs = found;
-    }
-  }
-  void put(const ShardKey& key, double cpu_s) {
-    costs["shards"][shard_name(key)] = {{"cpu_s", cpu_s}};
-    write_file_atomically(file, costs.dump(2) + "\n");
-  }
+  std::string file = {};
+  nlohmann::ordered_json costs = {{"version", 1}, {"shards", nlohmann::ordered_json::object()}};
 };
+
+// Throws std::runtime_error for a damaged file: other runs' seconds are not thrown away unasked.
+CostFile open_costs(const std::string& folder) {
+  CostFile cost_file = {.file = folder + "/cost.json"};
+  if (!fs::exists(cost_file.file)) return cost_file;
+  cost_file.costs = parse_json(cost_file.file, read_file(cost_file.file));
+  const JsonPlace document = {.value = &cost_file.costs, .file = cost_file.file};
+  check_version(document, 1);
+  const JsonPlace shards = member(document, "shards");
+  if (!shards.value->is_object()) throw_at(shards, "not an object; expected an object");
+  return cost_file;
+}
+
+void put_cost(CostFile& cost_file, const ShardKey& key, double cpu_s) {
+  cost_file.costs["shards"][shard_name(key)] = {{"cpu_s", cpu_s}};
+  write_file_atomically(cost_file.file, cost_file.costs.dump(2) + "\n");
+}
 
 std::vector<ShardKey> keys_of(const Preset& preset) {
   std::vector<ShardKey> keys;
   const int diameter_um = static_cast<int>(std::lround(2e6 * preset.mean_radius_m));
   for (const int oscillation : preset.oscillations) {
+    set_of(preset, oscillation);  // refuses, before anything is written
     for (const int view : preset.view_elevations_deg) {
       keys.push_back({diameter_um, oscillation, view});
     }
@@ -142,20 +174,24 @@ std::vector<ShardKey> keys_of(const Preset& preset) {
   return keys;
 }
 
-// The record of a shard that an earlier run finished; nothing where the file is missing or damaged.
+// The record of a shard that an earlier run finished; nothing where it is missing or damaged.
 std::optional<ShardRecord> find_finished(const Preset& preset, const Manifest& manifest,
                                          const std::string& folder, const ShardKey& key) {
   for (const ShardRecord& record : manifest.shards) {
-    if (record.key == key && shard_is_whole(folder, record)) return record;
+    if (record.key != key) continue;
+    if (shard_is_whole(folder, record)) return record;
+    return std::nullopt;  // other bytes than were traced, readable or not
   }
+  // Written, and the run killed before the manifest told of it.
   const std::string file = folder + "/shards/" + shard_name(key) + ".exr";
   if (!fs::exists(file)) return std::nullopt;
+  const StreakFrame frame = gn2006_frame(preset, key.view_elevation_deg);
   try {
     const Shard shard = read_shard(file);
-    return make_record(shard, gn2006_frame(preset, key.view_elevation_deg),
-                       sha256(read_file(file)));
+    if (shard.width_px != frame.width_px || shard.height_px != frame.height_px) return std::nullopt;
+    return make_record(shard, frame, sha256(read_file(file)));
   } catch (const std::runtime_error&) {
-    return std::nullopt;  // damaged after it was written: traced again
+    return std::nullopt;  // damaged since: traced again
   }
 }
 
@@ -164,9 +200,9 @@ std::optional<ShardRecord> find_finished(const Preset& preset, const Manifest& m
 GenerateSummary generate_database(const Preset& preset, const std::string& folder,
                                   const Progress& progress) {
   GenerateSummary summary;
-  Manifest manifest = open_database(preset, folder);
-  CostFile costs(folder);
   const std::vector<ShardKey> keys = keys_of(preset);
+  Manifest manifest = open_database(preset, folder);
+  CostFile costs = open_costs(folder);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto report = [&](double share) {
       if (!progress) return;
@@ -185,7 +221,7 @@ GenerateSummary generate_database(const Preset& preset, const std::string& folde
                  make_record(shard, gn2006_frame(preset, keys[i].view_elevation_deg), sha));
       const double cpu_s = process_cpu_s() - start_s;
       summary.cpu_s += cpu_s;
-      costs.put(keys[i], cpu_s);
+      put_cost(costs, keys[i], cpu_s);
       ++summary.traced;
     }
     write_manifest(folder, manifest);

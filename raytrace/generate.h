@@ -1,4 +1,5 @@
-// The database from a preset, shard by shard: what is finished is kept, whatever happens in between.
+// The database from a preset, shard by shard: what is finished is kept, whatever happens in
+// between.
 #pragma once
 
 #include <functional>
@@ -12,16 +13,18 @@ namespace pluvia {
 using Progress = std::function<void(const std::string& what, double share)>;
 
 struct GenerateSummary {
-  int traced = 0;   // shards
-  int found = 0;    // .. that were there already
+  int traced = 0;  // shards
+  int found = 0;   // .. that were there already
   double cpu_s = 0;
 };
 
-// Writes FOLDER/shards/*.exr, FOLDER/manifest.json and FOLDER/cost.json (atlas/streak_database.h). The
-// manifest, with all parameters and no shard yet, is written first and after every shard, so that a
-// killed run resumes: a whole shard in the folder was made with the manifest's parameters. Final bytes of
-// shards and manifest do not depend on interruptions or on threads.
-// Throws std::runtime_error when the folder holds a database of other parameters, or cannot be written.
+// Writes FOLDER/shards/*.exr, FOLDER/manifest.json and FOLDER/cost.json (atlas/streak_database.h).
+// The manifest, with all parameters and no shard yet, is written first and after every shard, so
+// that a killed run resumes: a whole shard in the folder was made with the manifest's parameters.
+// Final bytes of shards and manifest do not depend on interruptions or on threads. Throws
+// std::runtime_error when the folder holds a database of other parameters, shards without a
+// manifest or a damaged cost.json, or cannot be written; std::invalid_argument for an oscillation
+// that is none of the preset's sets.
 GenerateSummary generate_database(const Preset& preset, const std::string& folder,
                                   const Progress& progress = {});
 

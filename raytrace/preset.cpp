@@ -17,29 +17,47 @@ namespace {
 constexpr double drop_radius_px_of_16 = 5.6;
 constexpr double path_top_px_of_16 = 9;
 
-std::vector<OscillationSet> read_sets(const std::string& file) {
+DropShape drop_of(const Preset& preset, const OscillationSet& set) {
+  DropShape drop;
+  drop.mean_radius_m = preset.mean_radius_m;
+  drop.density_kg_m3 = preset.density_kg_m3;
+  drop.surface_tension_n_m = preset.surface_tension_n_m;
+  drop.phi_drop_rad = set.phi_drop_deg * std::numbers::pi / 180;
+  if (set.a20 != 0) drop.modes.push_back({.n = 2, .m = 0, .amplitude = set.a20});
+  if (set.a31 != 0) drop.modes.push_back({.n = 3, .m = 1, .amplitude = set.a31});
+  return drop;
+}
+
+OscillationSet read_set(TomlReader& table, const Preset& preset) {
+  OscillationSet set;
+  table.required("index", set.index, 0, 99);
+  table.required("A20", set.a20, {-1, 1});
+  table.required("A31", set.a31, {-1, 1});
+  table.required("phi_drop_deg", set.phi_drop_deg, {-360, 360}, "deg");
+  table.finish();
+  for (const OscillationSet& other : preset.sets) {
+    if (other.index == set.index) {
+      table.refuse("index", fmt::format("index = {} again; expected each index once", set.index));
+    }
+  }
+  const double nearest = minimum_relative_radius(drop_of(preset, set), preset.exposure_s);
+  if (!(nearest > smallest_relative_radius)) {
+    table.refuse("A20", fmt::format("set {}: the drop's surface comes as near as {:.3f} r0 to its "
+                                    "centre; expected more than {} r0 (smaller A20, A31)",
+                                    set.index, nearest, smallest_relative_radius));
+  }
+  return set;
+}
+
+// Needs the preset's drop and exposure, which decide how thin the drops of the sets become.
+void read_sets(const std::string& file, Preset& preset) {
   const toml::table document = read_toml(file);
   TomlReader top(document, file, "");
-  std::vector<OscillationSet> sets;
-  for (TomlReader& table : top.tables("set")) {
-    OscillationSet set;
-    table.required("index", set.index, 0, 99);
-    table.required("A20", set.a20, {-1, 1});
-    table.required("A31", set.a31, {-1, 1});
-    table.required("phi_drop_deg", set.phi_drop_deg, {-360, 360}, "deg");
-    table.finish();
-    for (const OscillationSet& other : sets) {
-      if (other.index == set.index) {
-        table.refuse("index", fmt::format("index = {} again; expected each index once", set.index));
-      }
-    }
-    sets.push_back(set);
-  }
+  for (TomlReader& table : top.tables("set")) preset.sets.push_back(read_set(table, preset));
   top.finish();
-  if (sets.empty()) {
+  if (preset.sets.empty()) {
     throw std::runtime_error(file + ":1:1: no [[set]]; expected at least one oscillation set");
   }
-  return sets;
 }
 
 void read_accuracy(TomlReader accuracy, Preset& preset) {
@@ -82,32 +100,34 @@ void read_picture(TomlReader picture, Preset& preset) {
   }
 }
 
-DropShape drop_of_set(const Preset& preset, int oscillation) {
-  const auto set = std::find_if(preset.sets.begin(), preset.sets.end(),
-                                [&](const OscillationSet& s) { return s.index == oscillation; });
-  if (set == preset.sets.end()) {
-    throw std::invalid_argument(fmt::format("oscillation {}; expected one of the sets of preset {}",
-                                            oscillation, preset.name));
-  }
-  DropShape drop;
-  drop.mean_radius_m = preset.mean_radius_m;
-  drop.density_kg_m3 = preset.density_kg_m3;
-  drop.surface_tension_n_m = preset.surface_tension_n_m;
-  drop.phi_drop_rad = set->phi_drop_deg * std::numbers::pi / 180;
-  if (set->a20 != 0) drop.modes.push_back({.n = 2, .m = 0, .amplitude = set->a20});
-  if (set->a31 != 0) drop.modes.push_back({.n = 3, .m = 1, .amplitude = set->a31});
-  return drop;
-}
-
 double height_of_16(int view_elevation_deg) {
   switch (view_elevation_deg) {
-    case 0: return 525;
-    case 20: return 494;
-    case 40: return 405;
-    case 60: return 272;
-    case 80: return 108;
-    default: return 507 * std::cos(view_elevation_deg * std::numbers::pi / 180) + 18;
+    case 0:
+      return 525;
+    case 20:
+      return 494;
+    case 40:
+      return 405;
+    case 60:
+      return 272;
+    case 80:
+      return 108;
+    default:
+      return 507 * std::cos(view_elevation_deg * std::numbers::pi / 180) + 18;
   }
+}
+
+// The heights are those of the published pictures: a longer fall would be cut off at their last
+// row.
+void refuse_long_fall(const TomlReader& exposure, const Preset& preset) {
+  const StreakFrame frame = gn2006_frame(preset, 0);
+  const double end_row = frame.path_top_row + frame.path_rows;
+  if (end_row <= frame.height_px) return;
+  exposure.refuse("exposure_s",
+                  fmt::format("the drop falls to row {:.1f} of the picture; expected at most {} "
+                              "(exposure_s fall_speed_m_s <= {:.4g} m)",
+                              end_row, frame.height_px,
+                              (frame.height_px - frame.path_top_row) * frame.pixel_m));
 }
 
 }  // namespace
@@ -123,20 +143,31 @@ Preset read_preset(const std::string& file) {
   }
   top.required("oscillation_file", oscillation_file);
   top.optional("seed", preset.seed);
-  preset.sets = read_sets(path_beside(file, oscillation_file));
   read_drop(top.table("drop"), preset);
   TomlReader exposure = top.table("exposure");
   exposure.required("exposure_s", preset.exposure_s, {0, 1, true}, "s");
   exposure.required("fall_speed_m_s", preset.fall_speed_m_s, {0, 20, true}, "m/s");
   exposure.finish();
+  read_sets(path_beside(file, oscillation_file), preset);
   TomlReader light = top.table("light");
   light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
   light.required("max_order", preset.field.paths.max_order, 0, 20);
   light.finish();
   read_picture(top.table("picture"), preset);
+  refuse_long_fall(exposure, preset);
   read_accuracy(top.table("accuracy"), preset);
   top.finish();
   return preset;
+}
+
+const OscillationSet& set_of(const Preset& preset, int oscillation) {
+  const auto set = std::find_if(preset.sets.begin(), preset.sets.end(),
+                                [&](const OscillationSet& s) { return s.index == oscillation; });
+  if (set == preset.sets.end()) {
+    throw std::invalid_argument(fmt::format("oscillation {}; expected one of the sets of preset {}",
+                                            oscillation, preset.name));
+  }
+  return *set;
 }
 
 std::string preset_parameters(const Preset& preset) {
@@ -147,24 +178,23 @@ std::string preset_parameters(const Preset& preset) {
                     {"A31", set.a31},
                     {"phi_drop_deg", set.phi_drop_deg}});
   }
-  const nlohmann::json parameters = {
-      {"oscillation_sets", sets},
-      {"mean_radius_m", preset.mean_radius_m},
-      {"density_kg_m3", preset.density_kg_m3},
-      {"surface_tension_n_m", preset.surface_tension_n_m},
-      {"refractive_index", preset.field.paths.refractive_index},
-      {"max_order", preset.field.paths.max_order},
-      {"min_power", preset.field.paths.min_power},
-      {"exposure_s", preset.exposure_s},
-      {"fall_speed_m_s", preset.fall_speed_m_s},
-      {"cone_half_angle_deg", preset.cone_half_angle_deg},
-      {"width_px", preset.width_px},
-      {"slices", preset.slices},
-      {"base_cells", preset.field.base_cells},
-      {"bend_depth", preset.field.bend_depth},
-      {"break_depth", preset.field.break_depth},
-      {"silhouette_depth", preset.field.silhouette_depth},
-      {"bend_tolerance", preset.field.bend_tolerance}};
+  const nlohmann::json parameters = {{"oscillation_sets", sets},
+                                     {"mean_radius_m", preset.mean_radius_m},
+                                     {"density_kg_m3", preset.density_kg_m3},
+                                     {"surface_tension_n_m", preset.surface_tension_n_m},
+                                     {"refractive_index", preset.field.paths.refractive_index},
+                                     {"max_order", preset.field.paths.max_order},
+                                     {"min_power", preset.field.paths.min_power},
+                                     {"exposure_s", preset.exposure_s},
+                                     {"fall_speed_m_s", preset.fall_speed_m_s},
+                                     {"cone_half_angle_deg", preset.cone_half_angle_deg},
+                                     {"width_px", preset.width_px},
+                                     {"slices", preset.slices},
+                                     {"base_cells", preset.field.base_cells},
+                                     {"bend_depth", preset.field.bend_depth},
+                                     {"break_depth", preset.field.break_depth},
+                                     {"silhouette_depth", preset.field.silhouette_depth},
+                                     {"bend_tolerance", preset.field.bend_tolerance}};
   return parameters.dump();
 }
 
@@ -183,7 +213,7 @@ StreakFrame gn2006_frame(const Preset& preset, int view_elevation_deg) {
 
 StreakRequest shard_request(const Preset& preset, const ShardKey& key) {
   StreakRequest request;
-  request.drop = drop_of_set(preset, key.oscillation);
+  request.drop = drop_of(preset, set_of(preset, key.oscillation));
   request.view_elevation_deg = key.view_elevation_deg;
   request.lights = gn2006_light_directions();
   request.cone_half_angle_rad = preset.cone_half_angle_deg * std::numbers::pi / 180;

@@ -1,5 +1,7 @@
 #include "raytrace/streak_tracer.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -15,11 +17,10 @@ namespace {
 constexpr int replicates = 2;
 constexpr int slices_per_block = 12;  // fixed: blocks, not threads, decide the order of additions
 constexpr int rigid_grids = 8;        // per replicate
-constexpr double smallest_relative_radius = 0.2;
 
 struct Block {
   int replicate = 0;
-  int first = 0, count = 0;           // slices
+  int first = 0, count = 0;  // slices
 };
 
 struct BlockResult {
@@ -31,7 +32,8 @@ struct BlockResult {
 
 // Uniform in [0, 1) from three integers: the finaliser of SplitMix64 over their combination.
 double uniform_hash(std::uint64_t seed, int replicate, int slice) {
-  std::uint64_t x = seed * 0x9E3779B97F4A7C15u + static_cast<std::uint64_t>(replicate) * 0xBF58476D1CE4E5B9u +
+  std::uint64_t x = seed * 0x9E3779B97F4A7C15u +
+                    static_cast<std::uint64_t>(replicate) * 0xBF58476D1CE4E5B9u +
                     static_cast<std::uint64_t>(slice) * 0x94D049BB133111EBu + 0x632BE59BD9B4E019u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
@@ -59,9 +61,8 @@ struct StreakJob {
     BlockResult result;
     result.replicate = block.replicate;
     const double radius = request.drop.mean_radius_m * drop_bound();
-    result.window =
-        make_window(request.frame, planes(), radius, travel(block.first).first_row,
-                    travel(block.first + block.count - 1).last_row);
+    result.window = make_window(request.frame, planes(), radius, travel(block.first).first_row,
+                                travel(block.first + block.count - 1).last_row);
     for (int s = block.first; s < block.first + block.count; ++s) trace_slice(s, result);
     return result;
   }
@@ -100,10 +101,9 @@ void add_window(Sums& sums, const StreakFrame& frame, BlockResult& block) {
   StreakWindow& window = block.window;
   for (int plane = 0; plane < window.planes; ++plane) {
     for (int r = 0; r < window.rows; ++r) {
-      double* to = sums.values[block.replicate].data() +
-                   static_cast<std::size_t>(plane) * sums.plane_size +
-                   static_cast<std::size_t>(window.first_row + r) *
-                       static_cast<std::size_t>(frame.width_px);
+      double* to =
+          sums.values[block.replicate].data() + static_cast<std::size_t>(plane) * sums.plane_size +
+          static_cast<std::size_t>(window.first_row + r) * static_cast<std::size_t>(frame.width_px);
       const double* from = window.row(plane, r);
       for (int c = 0; c < frame.width_px; ++c) to[c] += from[c];
     }
@@ -124,6 +124,11 @@ StreakImage mean_and_variance(const Sums& sums, std::size_t plane) {
 }
 
 void refuse_thin_drop(const StreakRequest& request) {
+  for (const Mode& mode : request.drop.modes) {
+    if (std::isfinite(mode.amplitude)) continue;
+    throw std::invalid_argument(fmt::format("amplitude {} of mode {}, {}; expected a finite number",
+                                            mode.amplitude, mode.n, mode.m));
+  }
   const double smallest = minimum_relative_radius(request.drop, request.exposure_s);
   if (smallest <= smallest_relative_radius) {
     throw std::invalid_argument(fmt::format(

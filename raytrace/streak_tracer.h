@@ -1,11 +1,11 @@
 // One shard: the streak of one oscillation seen from one direction, for all its lights at once.
 //
-// The exposure is cut into slices. In each, the drop's exit field is traced at one instant and its light
-// deposited over the rows that the drop passes during the slice. The whole is done twice, as two
-// replicates with half the instants each (at 1/4 and 3/4 of every slice) and differently turned and
-// shifted grids; the result is their mean, and ((a - b) / 2)^2 its variance: an honest, slightly
-// pessimistic estimate, since the mean samples time twice as finely as either.
-// A rigid drop needs no time: a few differently turned grids, each smeared over the whole path.
+// The exposure is cut into slices. In each, the drop's exit field is traced at one instant and its
+// light deposited over the rows that the drop passes during the slice. The whole is done twice, as
+// two replicates with half the instants each (at 1/4 and 3/4 of every slice) and differently turned
+// and shifted grids; the result is their mean, and ((a - b) / 2)^2 its variance: an honest,
+// slightly pessimistic estimate, since the mean samples time twice as finely as either. A rigid
+// drop needs no time: a few differently turned grids, each smeared over the whole path.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,10 @@
 
 namespace pluvia {
 
+// A drop whose surface comes nearer to its centre, over its mean radius, is refused: the two modes
+// no longer describe water there.
+constexpr double smallest_relative_radius = 0.2;
+
 struct StreakRequest {
   DropShape drop = {};
   double view_elevation_deg = 0;
@@ -25,21 +29,22 @@ struct StreakRequest {
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
   FieldOptions field = {};
-  int slices = 264;            // per replicate
-  std::uint64_t seed = 1;      // of the grids' turns and shifts
+  int slices = 264;        // per replicate
+  std::uint64_t seed = 1;  // of the grids' turns and shifts
 };
 
 struct TracedStreak {
   std::vector<StreakImage> light = {};
   StreakImage env = {};
   StreakImage coverage = {};
-  double beyond_order = 0;     // mean over the traced rays of the power still inside after max_order
-  double lost = 0;             // mean power of rays that could not be followed
+  double beyond_order = 0;  // mean over the traced rays of the power still inside after max_order
+  double lost = 0;          // mean power of rays that could not be followed
   std::size_t traced_nodes = 0;
 };
 
-// Same bytes for any number of threads. `progress` gets the share done, 0 .. 1, from one thread at a time.
-// Throws std::invalid_argument for a drop whose surface comes nearer than 0.2 r0 to its centre.
+// Same bytes for any number of threads. `progress` gets the share done, 0 .. 1, from one thread at
+// a time. Throws std::invalid_argument for a drop whose surface comes nearer than 0.2 r0 to its
+// centre.
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress = {});
 

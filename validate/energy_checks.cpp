@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <Eigen/Geometry>
 
 #include "raytrace/drop_intersect.h"
 #include "raytrace/embree_drop.h"
@@ -74,8 +74,8 @@ constexpr std::array<int, 4> mesh_levels = {3, 4, 5, 6};  // 512 .. 32,768 trian
 
 constexpr int mesh_rays = 4000;
 
-// Median angle between the mesh's and the analytic exit direction of straight refraction (p = 1), over one
-// half of the rays.
+// Median angle between the mesh's and the analytic exit direction of straight refraction (p = 1),
+// over one half of the rays.
 double mesh_error_rad(const DropInstant& drop, const MeshDrop& mesh, double index, int half) {
   std::vector<double> errors;
   const double r0 = drop.surface.scale;
@@ -152,8 +152,8 @@ void add_energy_check(const Preset& preset, Report& report) {
 }
 
 void add_mesh_check(const Preset& preset, Report& report) {
-  const StreakRequest request = shard_request(
-      preset, {.oscillation = preset.sets.back().index, .view_elevation_deg = 0});
+  const StreakRequest request =
+      shard_request(preset, {.oscillation = preset.sets.back().index, .view_elevation_deg = 0});
   const DropInstant drop = drop_at(request.drop, 0.3 * request.exposure_s);
   Curve curve{"median error of p = 1", {}, {}, {}};
   std::array<std::vector<double>, 2> halves;
@@ -177,8 +177,12 @@ void add_mesh_check(const Preset& preset, Report& report) {
       "(uncertainty: from two halves of the rays) and for the coarsest mesh.");
   check.uncertainty = 0.5 * std::abs(order_of(halves[0]) - order_of(halves[1]));
   report.checks.push_back(check);
-  report.plots.push_back({"Mesh against analytic surface", "triangles",
-                          "median error of the exit direction [rad]", true, true, {curve}});
+  report.plots.push_back({"Mesh against analytic surface",
+                          "triangles",
+                          "median error of the exit direction [rad]",
+                          true,
+                          true,
+                          {curve}});
 }
 
 }  // namespace pluvia

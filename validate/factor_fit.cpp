@@ -26,7 +26,8 @@ bool is_fitted(const RealFactor& factor) {
                      [&](int v) { return factor.light.elevation_deg == v; });
 }
 
-// log10 of the brightest pixel of one set's streaks, over the real factor's, for the fitted factors.
+// log10 of the brightest pixel of one set's streaks, over the real factor's, for the fitted
+// factors.
 std::vector<double> log_ratios(const Preset& preset, int oscillation,
                                const std::vector<RealFactor>& factors) {
   StreakRequest request = shard_request(preset, {.oscillation = oscillation});
@@ -46,7 +47,8 @@ std::vector<double> log_ratios(const Preset& preset, int oscillation,
   return ratios;
 }
 
-// Sets with equal amplitudes differ in orientation alone: one pair of unknowns for each opposite pair.
+// Sets with equal amplitudes differ in orientation alone: one pair of unknowns for each opposite
+// pair.
 struct Group {
   std::vector<int> sets = {};
   double a20 = 0, a31 = 0;
@@ -89,9 +91,10 @@ double sum_of_squares(const std::vector<double>& v) {
   return sum;
 }
 
-// Square roots of the covariance's diagonal, scaled by the residuals; negative where it is singular.
-std::vector<double> standard_errors(ceres::Problem& problem, std::vector<double>& x,
-                                    double square, std::size_t residuals) {
+// Square roots of the covariance's diagonal, scaled by the residuals; negative where it is
+// singular.
+std::vector<double> standard_errors(ceres::Problem& problem, std::vector<double>& x, double square,
+                                    std::size_t residuals) {
   const std::size_t n = x.size();
   ceres::Covariance covariance({});
   std::vector<double> matrix(n * n, -1.0), errors;
@@ -166,8 +169,8 @@ void fit_cone(Preset& preset, const std::vector<RealFactor>& factors, FactorFit&
   double mean = 0;
   const std::vector<double> ratios = log_ratios(preset, 0, factors);
   for (const double r : ratios) mean += r / static_cast<double>(ratios.size());
-  const Solution s = solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2},
-                           residuals);
+  const Solution s =
+      solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2}, residuals);
   fit.values.push_back(fitted("cone_half_angle_deg", preset.cone_half_angle_deg, s, 0));
   fit.log10_constant = s.x[1];
   fit.converged = fit.converged && s.converged;

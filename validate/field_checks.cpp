@@ -32,8 +32,8 @@ double seconds(const std::chrono::steady_clock::time_point& start) {
 }
 
 std::size_t light_index(const StreakRequest& request, const LightDirection& light) {
-  return static_cast<std::size_t>(
-      std::find(request.lights.begin(), request.lights.end(), light) - request.lights.begin());
+  return static_cast<std::size_t>(std::find(request.lights.begin(), request.lights.end(), light) -
+                                  request.lights.begin());
 }
 
 double flux_of(const StreakImage& image) {

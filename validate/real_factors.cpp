@@ -27,9 +27,19 @@ std::vector<double> numbers_of(const std::string& line, const std::string& place
                                            std::string(at, end).substr(0, 20)));
     }
     values.push_back(value);
+    if (next == end) break;
     at = next + 1;
+    if (at == end) {
+      throw std::runtime_error(place + ": nothing after the last comma; expected a number");
+    }
   }
   return values;
+}
+
+int whole_degrees(double angle, int low, int high, const std::string& place) {
+  if (angle >= low && angle <= high && angle == std::floor(angle)) return static_cast<int>(angle);
+  throw std::runtime_error(
+      fmt::format("{}: angle {}; expected whole degrees, {} .. {}", place, angle, low, high));
 }
 
 }  // namespace
@@ -44,16 +54,18 @@ std::vector<RealFactor> read_real_factors(const std::string& file) {
     const std::string place = fmt::format("{}:{}", file, number);
     const auto row = numbers_of(line, place);
     if (row.size() != 12) {
-      throw std::runtime_error(
-          fmt::format("{}: {} columns; expected elevation, azimuth and ten factors", place,
-                      row.size()));
+      throw std::runtime_error(fmt::format(
+          "{}: {} columns; expected elevation, azimuth and ten factors", place, row.size()));
     }
+    const LightDirection light = {whole_degrees(row[0], -90, 90, place),
+                                  whole_degrees(row[1], 0, 180, place)};
     for (int oscillation = 0; oscillation < 10; ++oscillation) {
       const double factor = row[static_cast<std::size_t>(oscillation) + 2];
-      if (!(factor > 0)) {
-        throw std::runtime_error(fmt::format("{}: factor {}; expected > 0", place, factor));
+      if (!(factor > 0) || !std::isfinite(factor)) {
+        throw std::runtime_error(
+            fmt::format("{}: factor {}; expected a finite number > 0", place, factor));
       }
-      factors.push_back({{static_cast<int>(row[0]), static_cast<int>(row[1])}, oscillation, factor});
+      factors.push_back({light, oscillation, factor});
     }
   }
   if (factors.empty()) throw std::runtime_error(file + ": no rows; expected a table of factors");
@@ -66,9 +78,10 @@ FactorComparison compare_factors(const std::string& database_folder, const Manif
   for (const ShardRecord& record : manifest.shards) {
     if (record.key.view_elevation_deg != 0) continue;
     if (record.width_px != 32) {
-      throw std::runtime_error(fmt::format("{}/{}: {} px wide; expected 32 px, the size whose "
-                                           "maximum is the factor",
-                                           database_folder, record.file, record.width_px));
+      throw std::runtime_error(
+          fmt::format("{}/{}: {} px wide; expected 32 px, the size whose "
+                      "maximum is the factor",
+                      database_folder, record.file, record.width_px));
     }
     shards[record.key.oscillation] = read_shard(database_folder + "/" + record.file);
   }
@@ -87,6 +100,12 @@ FactorComparison compare_factors(const std::string& database_folder, const Manif
     if (at == lights.end()) continue;
     const auto& mean = shard->second.light[static_cast<std::size_t>(at - lights.begin())].mean;
     const double ours = *std::max_element(mean.begin(), mean.end());
+    if (!(ours > 0)) {
+      throw std::runtime_error(fmt::format(
+          "{}: light of elevation {} and azimuth {} of oscillation {} is black; expected a maximum "
+          "> 0",
+          database_folder, real.light.elevation_deg, real.light.azimuth_deg, real.oscillation));
+    }
     comparison.residuals.push_back({real, std::log10(ours / real.factor)});
     if (real.light.elevation_deg == judged_elevation_deg) continue;
     sum += comparison.residuals.back().log10_ratio;

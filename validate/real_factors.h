@@ -1,5 +1,5 @@
-// The real numbers of the 2006 database: 190 brightness factors (the maximum pixel of a point-light streak)
-// of camera elevation 0, against ours.
+// The real numbers of the 2006 database: 190 brightness factors (the maximum pixel of a point-light
+// streak) of camera elevation 0, against ours.
 #pragma once
 
 #include <string>
@@ -25,12 +25,12 @@ struct FactorResidual {
 };
 
 struct FactorComparison {
-  double log10_constant = 0;                  // fitted on elevations 10 and 90, all given oscillations
+  double log10_constant = 0;  // fitted on elevations 10 and 90, all given oscillations
   std::vector<FactorResidual> residuals = {};  // every factor
 };
 
-// Ours is the maximum of the light's picture in the database's 32 px shards of view elevation 0. The one
-// constant is the mean of log10(ours / theirs) over the factors of the fit elevations.
+// Ours is the maximum of the light's picture in the database's 32 px shards of view elevation 0.
+// The one constant is the mean of log10(ours / theirs) over the factors of the fit elevations.
 FactorComparison compare_factors(const std::string& database_folder, const Manifest& manifest,
                                  const std::vector<RealFactor>& factors);
 

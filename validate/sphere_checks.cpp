@@ -43,7 +43,8 @@ const PathExit* exit_of_order(const std::vector<PathExit>& exits, int order) {
   return nullptr;
 }
 
-// Angle between the light's way before and after the drop: light comes from exit.direction, goes to +x.
+// Angle between the light's way before and after the drop: light comes from exit.direction, goes to
+// +x.
 double scattering_angle_deg(const PathExit& exit) {
   return std::acos(std::clamp(-exit.direction.x(), -1.0, 1.0)) * 180 / pi;
 }
@@ -93,14 +94,15 @@ void add_rainbows(const DropInstant& sphere, Report& report) {
     report.checks.push_back(deviation(
         fmt::format("sphere.rainbow.p{}_deg", p), traced_rainbow_deg(sphere, p, p == 2 ? 1 : -1),
         sphere_rainbow_rad(water_index, p) * 180 / pi, 0.01, "deg",
-        "Rainbow angle as the extremum of traced exit directions over the impact, against Descartes: "
+        "Rainbow angle as the extremum of traced exit directions over the impact, against "
+        "Descartes: "
         "cos^2 i = (n^2 - 1)/(p^2 - 1). The extremum is flat, so a golden section in double "
         "precision finds its value to 1e-7 deg."));
   }
 }
 
-// Angles that are at least 6 degrees from the edge of p = 1 and from both bows: beyond the cone, and where
-// the closed form itself varies slowly.
+// Angles that are at least 6 degrees from the edge of p = 1 and from both bows: beyond the cone,
+// and where the closed form itself varies slowly.
 std::vector<double> smooth_angles_deg() {
   std::vector<double> angles;
   for (double a = 4; a <= 176; a += 4) {
@@ -148,8 +150,11 @@ void add_intensity(const DropInstant& sphere, Report& report) {
                             "p = 1 and from both rainbows. One deterministic field: no "
                             "uncertainty.",
                             angles.size())));
-  report.plots.push_back({"A sphere's light by scattering angle", "scattering angle [deg]",
-                          "(d sigma / d Omega) / (pi a^2) [1/sr]", false, true,
+  report.plots.push_back({"A sphere's light by scattering angle",
+                          "scattering angle [deg]",
+                          "(d sigma / d Omega) / (pi a^2) [1/sr]",
+                          false,
+                          true,
                           {closed, traced}});
 }
 

@@ -9,7 +9,8 @@ namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr int quadrature_points = 100000;  // midpoints in b^2: errors below 1e-5 for cones above 0.2 deg
+constexpr int quadrature_points =
+    100000;  // midpoints in b^2: errors below 1e-5 for cones above 0.2 deg
 
 // Share of the circle of scattering angle `angle` that lies within `cone` of a point at `centre`.
 double ring_share(double angle, double centre, double cone) {

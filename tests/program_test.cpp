@@ -1,0 +1,278 @@
+// The program as a user meets it: exit codes, one line of complaint, nothing left behind.
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "atlas/image_io.h"
+#include "tests/preset_files.h"
+#include "tests/realtime_fixture.h"
+#include "tests/temporary_folder.h"
+
+namespace pluvia {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct Outcome {
+  int code = -1;
+  std::string out = {}, err = {};
+};
+
+Outcome run_pluvia(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const int status = std::system(
+      fmt::format("{} {} >{} 2>{}", PLUVIA_PROGRAM, arguments, folder / "out", folder / "err")
+          .c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
+          read_file(folder / "err")};
+}
+
+void expect_complaint(const std::string& arguments, int code, const std::string& text) {
+  const Outcome outcome = run_pluvia(arguments);
+  EXPECT_EQ(outcome.code, code) << arguments;
+  EXPECT_THAT(outcome.err, HasSubstr(text)) << arguments;
+  EXPECT_THAT(outcome.err, testing::StartsWith("pluvia")) << arguments;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_EQ(outcome.out, "") << arguments;
+}
+
+// A small database of two views and its atlas, made by the program itself once for all tests.
+class Program : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared = std::make_unique<TemporaryFolder>();
+    write_preset(shared->path(), replaced(tiny_preset, "[80]", "[0, 80]"));
+    made = {run_pluvia(fmt::format("generate {0}/preset.toml --out {0}/db", shared->path())),
+            run_pluvia(fmt::format("pack {0}/db --out {0}/atlas", shared->path()))};
+  }
+  static void TearDownTestSuite() { shared.reset(); }
+
+  // A scene of rain in the folder with lines of [camera], then other tables.
+  std::string write_scene(const std::string& environment, const std::string& camera = "") const {
+    const std::string file = folder / "scene.toml";
+    write_file_atomically(
+        file, fmt::format("[camera]\nposition_m = [0, 0, 1.6]\ntarget_m = [0, 5, 1.6]\n"
+                          "width_px = 64\nheight_px = 36\n{}\n{}\n[rain]\ndrops_per_m3 = 50\n"
+                          "box_min_m = [-2, 1, 0]\nbox_max_m = [2, 4, 4]\n",
+                          camera, environment));
+    return file;
+  }
+  std::string render_flags(const std::string& scene) const {
+    return fmt::format("render {} --atlas {}/atlas --out {}/frames", scene, shared->path(),
+                       folder.path());
+  }
+  void expect_nothing_rendered() const { EXPECT_FALSE(fs::exists(folder / "frames")); }
+
+  static std::unique_ptr<TemporaryFolder> shared;
+  static std::vector<Outcome> made;
+  const TemporaryFolder folder;
+};
+
+std::unique_ptr<TemporaryFolder> Program::shared;
+std::vector<Outcome> Program::made;
+
+TEST_F(Program, GenerateAndPackSayOneLineOfWhatTheyMade) {
+  ASSERT_EQ(made[0].code, 0) << made[0].err;
+  EXPECT_THAT(made[0].out, HasSubstr("/db: 4 shards traced in "));
+  EXPECT_THAT(made[0].out, HasSubstr("0 found finished\n"));
+  EXPECT_EQ(std::count(made[0].out.begin(), made[0].out.end(), '\n'), 1) << made[0].out;
+  ASSERT_EQ(made[1].code, 0) << made[1].err;
+  EXPECT_EQ(made[1].out, fmt::format("{0}/atlas: packed from {0}/db\n", shared->path()));
+  EXPECT_EQ(made[1].err, "");
+}
+
+TEST_F(Program, HelpOfEverySubcommandHasAnExampleAndGoesToTheOutput) {
+  const std::string overview = run_pluvia("--help").out;
+  for (const std::string command : {"generate", "pack", "render", "validate"}) {
+    const Outcome outcome = run_pluvia(command + " --help");
+    EXPECT_EQ(outcome.code, 0) << command;
+    EXPECT_THAT(outcome.out, HasSubstr("example: pluvia " + command));
+    EXPECT_EQ(outcome.err, "") << command;
+    EXPECT_THAT(overview, HasSubstr(command));
+  }
+}
+
+TEST_F(Program, WrongUseEndsWithTwo) {
+  const std::string preset = *shared / "preset.toml";
+  const std::string out = folder / "db";
+  expect_complaint("", 2, "subcommand is required");
+  expect_complaint("gnerate", 2, "unknown subcommand \"gnerate\"");
+  expect_complaint("generate " + preset, 2, "--out is required");
+  const std::string generate = fmt::format("generate {} --out {} ", preset, out);
+  expect_complaint(generate + "--colour", 2, "--colour");
+  for (const std::string value :
+       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5"}) {
+    expect_complaint(generate + value, 2, value.substr(0, value.find(' ')));
+  }
+  expect_complaint(generate + "--oscillations 0,4", 2,
+                   "--oscillations: 4; expected one of the preset's 0, 3");
+  const std::string render = fmt::format("render s.toml --atlas a --out {} ", out);
+  for (const std::string value : {"--frames 0", "--start-s nan"}) {
+    expect_complaint(render + value, 2, value.substr(0, value.find(' ')));
+  }
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST_F(Program, BadInputOfGenerateEndsWithOneAndNamesFileAndPlace) {
+  const std::string out = " --out " + (folder / "db");
+  const auto generate = [&](const std::string& text, const std::string& sets = tiny_sets) {
+    return "generate " + write_preset(folder.path(), text, sets) + out;
+  };
+  expect_complaint("generate " + (folder / "none.toml") + out, 1,
+                   "none.toml: cannot read: No such file or directory");
+  expect_complaint(generate(replaced(tiny_preset, "seed", "sed")), 1,
+                   "preset.toml:3:1: unknown key");
+  expect_complaint(generate(replaced(tiny_preset, "8.49", "nan")), 1, "preset.toml:13:1: ");
+  expect_complaint(generate(replaced(tiny_preset, "[drop]", "[drop")), 1, "preset.toml:5:");
+  expect_complaint(
+      generate(tiny_preset, replaced(replaced(tiny_sets, "0.11", "0.4"), "0.1\n", "0.4\n")), 1,
+      "sets.toml:8:1: set 3: the drop's surface comes as near as");
+  EXPECT_FALSE(fs::exists(folder / "db"));
+}
+
+TEST_F(Program, FoldersThatCannotBeWrittenEndWithOneAndStayAsTheyWere) {
+  write_file_atomically(folder / "plain", "x");
+  for (const std::string& out : {folder / "plain", folder / "plain/below"}) {
+    const std::string flag = " --out " + out;
+    expect_complaint("generate " + (*shared / "preset.toml") + flag, 1, "Not a directory");
+    expect_complaint("pack " + (*shared / "db") + flag, 1, "Not a directory");
+    expect_complaint(
+        fmt::format("validate --database {0}/db --atlas {0}/atlas{1}", shared->path(), flag), 1,
+        "Not a directory");
+  }
+  EXPECT_EQ(read_file(folder / "plain"), "x");
+}
+
+TEST_F(Program, PackRefusesDatabasesThatAreNotWhole) {
+  const std::string out = " --out " + (folder / "atlas");
+  expect_complaint("pack " + (folder / "none") + out, 1, "none/manifest.json: cannot read");
+  fs::copy(*shared / "db", folder / "db", fs::copy_options::recursive);
+  const std::string shard = folder / "db/shards/d3200_osc03_v+80.exr";
+  const std::string bytes = read_file(shard);
+  write_file_atomically(shard, bytes.substr(0, bytes.size() / 2));
+  expect_complaint("pack " + (folder / "db") + out, 1, "d3200_osc03_v+80.exr: ");
+  fs::remove(shard);
+  expect_complaint("pack " + (folder / "db") + out, 1, "d3200_osc03_v+80.exr: ");
+  EXPECT_FALSE(fs::exists(folder / "atlas"));
+}
+
+TEST_F(Program, OtherPresetIntoADatabaseIsRefusedByName) {
+  expect_complaint(
+      fmt::format("generate {0}/preset.toml --cone-half-angle-deg 4 --out {0}/db", shared->path()),
+      1, "manifest.json: cone_half_angle_deg 5.0; expected 4.0");
+}
+
+TEST_F(Program, RenderWritesFramesAndKeepsWhatElseLiesThere) {
+  PLUVIA_NEEDS_OPENGL();
+  const std::string scene = write_scene("[environment]\nuniform_cd_m2 = [1, 1, 1]");
+  make_folder(folder / "frames");
+  write_file_atomically(folder / "frames/notes.txt", "mine");
+  const Outcome outcome = run_pluvia(render_flags(scene));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(read_file(folder / "frames/notes.txt"), "mine");
+  EXPECT_THAT(outcome.out, HasSubstr("/frames: 1 frames, rain "));
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1) << outcome.out;
+  EXPECT_EQ(outcome.err, fmt::format("100 % {}/frames/frame_0000\n", folder.path()));
+  const Image frame = read_image(folder / "frames/frame_0000.exr");
+  EXPECT_EQ(frame.width, 64);
+  EXPECT_EQ(frame.height, 36);
+  EXPECT_TRUE(fs::exists(folder / "frames/frame_0000.png"));
+}
+
+TEST_F(Program, RenderRefusesBadScenes) {
+  expect_complaint(render_flags(folder / "none.toml"), 1, "none.toml: cannot read");
+  expect_complaint(render_flags(write_scene("[environmnt]")), 1, "scene.toml:7:");
+  expect_complaint(render_flags(write_scene("", "exposure_s = nan")), 1, "scene.toml:6:1: ");
+  expect_complaint(render_flags(write_scene("[geometry]\nfile = \"none.gltf\"")), 1, "none.gltf");
+  expect_nothing_rendered();
+}
+
+TEST_F(Program, RenderRefusesScenesThatTheAtlasWasNotMadeFor) {
+  PLUVIA_NEEDS_OPENGL();
+  const std::string uniform = "[environment]\nuniform_cd_m2 = [1, 1, 1]";
+  expect_complaint(render_flags(write_scene(uniform, "exposure_s = 0.01")), 1,
+                   "camera.exposure_s = 0.01 s; expected 0.0166667 s as in the atlas");
+  expect_nothing_rendered();
+}
+
+TEST_F(Program, RenderRefusesDirtyEnvironmentMaps) {
+  PLUVIA_NEEDS_OPENGL();
+  const auto render_under = [&](const std::string& map) {
+    return render_flags(write_scene(fmt::format("[environment]\nmap = \"{}\"", map)));
+  };
+  const std::string raw = PLUVIA_SOURCE_DIR "/data/environments/raw_park.exr";
+  expect_complaint(render_under(raw), 1, "raw_park.exr: pixel (");
+  expect_complaint(render_under(folder / "none.exr"), 1, "none.exr: cannot read");
+  write_file_atomically(folder / "empty.exr", "");
+  expect_complaint(render_under(folder / "empty.exr"), 1, "empty.exr: cannot be read: it is empty");
+  const std::string bytes = read_file(raw);
+  write_file_atomically(folder / "cut.exr", bytes.substr(0, bytes.size() / 2));
+  expect_complaint(render_under(folder / "cut.exr"), 1, "cut.exr: cannot be read");
+  write_exr(folder / "black.exr", make_image(8, 4, 3));
+  expect_complaint(render_under(folder / "black.exr"), 1, "black.exr: all pixels are 0; expected");
+  write_exr(folder / "square.exr", make_image(4, 4, 3));
+  expect_complaint(render_under(folder / "square.exr"), 1, "square.exr: 4 x 4 pixels");
+  expect_nothing_rendered();
+}
+
+TEST_F(Program, RenderRefusesForeignAtlases) {
+  const std::string scene = write_scene("");
+  const auto render_with = [&](const std::string& atlas) {
+    return fmt::format("render {} --atlas {} --out {}/frames", scene, atlas, folder.path());
+  };
+  expect_complaint(render_with(folder / "none"), 1, "none/atlas.json: cannot read");
+  fs::copy(*shared / "atlas", folder / "atlas", fs::copy_options::recursive);
+  const std::string table = read_file(folder / "atlas/atlas.json");
+  write_file_atomically(folder / "atlas/atlas.json",
+                        replaced(table, "\"version\": 1", "\"version\": 2"));
+  expect_complaint(render_with(folder / "atlas"), 1,
+                   "atlas.json: version 2; this program reads version 1");
+  write_file_atomically(folder / "atlas/atlas.json", table);
+  const std::string layer = folder / "atlas/osc00.exr";
+  write_file_atomically(layer, read_file(layer).substr(0, 5000));
+  expect_complaint(render_with(folder / "atlas"), 1, "osc00.exr: ");
+  expect_nothing_rendered();
+}
+
+TEST_F(Program, RenderNeedsAFolderThatCanBe) {
+  PLUVIA_NEEDS_OPENGL();
+  write_file_atomically(folder / "plain", "x");
+  const std::string scene = write_scene("[environment]\nuniform_cd_m2 = [1, 1, 1]");
+  expect_complaint(fmt::format("render {} --atlas {}/atlas --out {}/plain/f", scene, shared->path(),
+                               folder.path()),
+                   1, "Not a directory");
+  EXPECT_EQ(read_file(folder / "plain"), "x");
+}
+
+TEST_F(Program, ValidateTellsMissingInputsBeforeItMeasures) {
+  const auto validate = [&](const std::string& flags) {
+    return fmt::format("validate {} --out {}/report", flags, folder.path());
+  };
+  const std::string atlas = fmt::format(" --atlas {}/atlas", shared->path());
+  // As wide as the factors want it: what comes before the frame must pass.
+  const std::string wide =
+      write_preset(folder.path(),
+                   replaced(replaced(tiny_preset, "width_px = 4", "width_px = 32"), "[80]", "[0]"));
+  const std::string database = fmt::format("--database {}/db", folder.path());
+  ASSERT_EQ(
+      run_pluvia(fmt::format("generate {} --oscillations 0 --out {}/db", wide, folder.path())).code,
+      0);
+  expect_complaint(validate("--database " + (folder / "none") + atlas), 1,
+                   "none/manifest.json: cannot read");
+  expect_complaint(validate(database + " --atlas " + (folder / "none")), 1, "none/atlas.json");
+  expect_complaint(validate(database + atlas + " --scene " + (folder / "none.toml")), 1,
+                   "none.toml: cannot read");
+  expect_complaint(validate(database + atlas + " --data " + (folder / "none")), 1,
+                   "none/presets/gn2006.toml: cannot read");
+}
+
+}  // namespace
+}  // namespace pluvia
