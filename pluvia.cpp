@@ -106,7 +106,9 @@ void render(const RenderFlags& flags) {
   pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas));
   pluvia::make_folder(flags.out);
   std::optional<pluvia::VideoWriter> video;
-  if (flags.frames > 1 && pluvia::ffmpeg_is_present()) {
+  // libx264 in its common format takes even sizes only.
+  const bool even = scene.camera.width_px % 2 == 0 && scene.camera.height_px % 2 == 0;
+  if (flags.frames > 1 && even && pluvia::ffmpeg_is_present()) {
     video.emplace(flags.out + "/rain.mp4", scene.camera.width_px, scene.camera.height_px,
                   flags.frames_per_s);
   }
@@ -166,7 +168,8 @@ void fit_factors(const FitFlags& flags) {
                    ? fmt::format("{:.4f} +- {:.4f} (from {})", v.value, v.standard_error, v.start)
                    : fmt::format("not determined by these factors (from {})", v.start));
   }
-  fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}\n", fit.rms_after, fit.rms_before);
+  fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}{}\n", fit.rms_after, fit.rms_before,
+             fit.converged ? "" : "; not all of it converged");
 }
 
 // CLI::Range lets nan pass: it is neither below the range nor above.

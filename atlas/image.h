@@ -1,5 +1,6 @@
 // A picture in memory. Row 0 is the top, column 0 the left; channels interleaved.
-// Values are linear and scene-referred (never gamma-encoded); their unit is told by whoever made it.
+// Values are linear and scene-referred (never gamma-encoded); their unit is told by whoever made
+// it.
 #pragma once
 
 #include <cstddef>

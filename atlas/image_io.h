@@ -8,15 +8,17 @@
 
 namespace pluvia {
 
-// Any image OpenImageIO reads, as 32-bit floats, all channels. Refuses a NaN or an infinity and names
-// its pixel: "FILE: pixel (x, y) channel c is nan; expected finite values". Refuses truncated files.
+// Any image OpenImageIO reads, as 32-bit floats, all channels. Refuses a NaN or an infinity and
+// names its pixel: "FILE: pixel (x, y) channel c is nan; expected finite values". Refuses truncated
+// files.
 Image read_image(const std::string& file);
 
-// A lat-long environment map: read_image, then at least 3 channels (the first three are kept), width
-// == 2 * height, not all zero, no negative value: "FILE: pixel (x, y) channel c = -3.1; expected >= 0".
-// Column 0 is longitude -180 deg: direction of pixel centre (x, y) in the world (z up):
-//   azimuth = 2 pi ((x + 0.5) / width - 0.5) from +x towards -y (so the map reads left to right when seen
-//   from inside), elevation = pi (0.5 - (y + 0.5) / height).
+// A lat-long environment map: read_image, then at least 3 channels (the first three are kept),
+// width
+// == 2 * height, not all zero, no negative value: "FILE: pixel (x, y) channel c = -3.1; expected >=
+// 0". Column 0 is longitude -180 deg: direction of pixel centre (x, y) in the world (z up):
+//   azimuth = 2 pi ((x + 0.5) / width - 0.5) from +x towards -y (so the map reads left to right
+//   when seen from inside), elevation = pi (0.5 - (y + 0.5) / height).
 Image read_environment_map(const std::string& file);
 
 // Mean radiance of a lat-long map over the sphere (solid-angle weighted), one value per channel.

@@ -1,13 +1,15 @@
-// The packed form that a renderer reads: one layer per oscillation set; in a layer one cell per (view
-// elevation, light direction) for point light, and one per view for the environment and for coverage.
+// The packed form that a renderer reads: one layer per oscillation set; in a layer one cell per
+// (view elevation, light direction) for point light, and one per view for the environment and for
+// coverage.
 //
-// Mips are made cell by cell (2 x 2 averages inside the cell, zeros beyond its height), cells start at
-// multiples of 2^(levels-1) and their pitch is a multiple of it: no texel of any level mixes two cells,
-// and the sum of a cell times 4^level is the same at every level. A reader that filters must clamp its
-// taps to the cell (cell_rect below).
+// Mips are made cell by cell (2 x 2 averages inside the cell, zeros beyond its height), cells start
+// at multiples of 2^(levels-1) and their pitch is a multiple of it: no texel of any level mixes two
+// cells, and the sum of a cell times 4^level is the same at every level. A reader that filters must
+// clamp its taps to the cell (cell_rect below).
 //
-// On disk: DIR/atlas.json (version, tables) and DIR/oscNN.exr, multi-part: point_mip0 .., env_mip0 ..,
-// coverage_mip0 ..; 32-bit float, ZIP, channel Y. atlas.json is written last and holds the layers' hashes.
+// On disk: DIR/atlas.json (version, tables) and DIR/oscNN.exr, multi-part: point_mip0 .., env_mip0
+// .., coverage_mip0 ..; 32-bit float, ZIP, channel Y. atlas.json is written last and holds the
+// layers' hashes.
 #pragma once
 
 #include <string>
@@ -18,15 +20,15 @@
 
 namespace pluvia {
 
-struct AtlasView {               // one row of cells
+struct AtlasView {  // one row of cells
   int elevation_deg = 0;
-  int height_px = 0;             // of the streak picture at level 0
-  int row_px = 0;                // first row of the cells at level 0; a multiple of 2^(levels-1)
-  double path_top_row = 0;       // inside the cell; see ShardRecord
+  int height_px = 0;        // of the streak picture at level 0
+  int row_px = 0;           // first row of the cells at level 0; a multiple of 2^(levels-1)
+  double path_top_row = 0;  // inside the cell; see ShardRecord
   double path_bottom_row = 0;
 };
 
-struct AtlasLayer {              // one oscillation set; level -> picture
+struct AtlasLayer {  // one oscillation set; level -> picture
   int oscillation = 0;
   std::vector<Image> point = {};     // columns: one cell per light direction
   std::vector<Image> env = {};       // one column of cells; empty where the shards have no env part
@@ -35,26 +37,28 @@ struct AtlasLayer {              // one oscillation set; level -> picture
 
 struct StreakAtlas {
   static constexpr int version = 1;
-  int cell_width_px = 0;         // at level 0; also the pitch of columns; a power of two
-  int levels = 1;                // cell_width_px >> (levels - 1) >= 1
+  int cell_width_px = 0;  // at level 0; also the pitch of columns; a power of two
+  int levels = 1;         // cell_width_px >> (levels - 1) >= 1
   int diameter_um = 0;
   double mean_radius_m = 0;
   double exposure_s = 0;
   double fall_speed_m_s = 0;
   double pixel_m = 0;
-  std::string database_sha256 = {};      // of the manifest it was packed from
+  std::string database_sha256 = {};         // of the manifest it was packed from
   std::vector<LightDirection> lights = {};  // column order
   std::vector<AtlasView> views = {};        // ascending elevation
   std::vector<AtlasLayer> layers = {};      // ascending oscillation
 };
 
-struct CellRect { int x = 0, y = 0, width = 0, height = 0; };  // in texels of `level`
+struct CellRect {
+  int x = 0, y = 0, width = 0, height = 0;
+};  // in texels of `level`
 
 // Height is ceil(height_px / 2^level).
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level);
 
-// Reads every shard (hashes verified; one diameter; every oscillation has the same views and lights, or
-// std::runtime_error names the missing shard).
+// Reads every shard (hashes verified; one diameter; every oscillation has the same views and
+// lights, or std::runtime_error names the missing shard).
 StreakAtlas pack_database(const std::string& database_folder);
 
 void write_atlas(const std::string& folder, const StreakAtlas& atlas);

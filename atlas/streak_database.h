@@ -1,17 +1,19 @@
-// The streak database on disk: one shard per (drop diameter, oscillation set, view elevation), and a
-// manifest that tells how all of it was made.
+// The streak database on disk: one shard per (drop diameter, oscillation set, view elevation), and
+// a manifest that tells how all of it was made.
 //
-//   DIR/manifest.json                       version, every parameter, seed, instruction set, per shard a hash
-//   DIR/cost.json                           CPU seconds and machine: outside the promise of same bytes
-//   DIR/shards/dDDDD_oscOO_vEE.exr          DDDD diameter in um, OO oscillation, EE view elevation with sign
+//   DIR/manifest.json                       version, every parameter, seed, instruction set, per
+//   shard a hash DIR/cost.json                           CPU seconds and machine: outside the
+//   promise of same bytes DIR/shards/dDDDD_oscOO_vEE.exr          DDDD diameter in um, OO
+//   oscillation, EE view elevation with sign
 //
-// A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light elevation with
-// sign, azimuth, degrees), then env, then coverage; channels Y and Y.variance. Values:
-//   light     radiance toward the camera per unit irradiance of the light on a plane facing it [1/sr]
-//   env       radiance per unit radiance of a uniform environment [1]
-//   coverage  share of pixel area x exposure in which the drop is there [0..1]
-// each an average over the pixel's area AND over the whole exposure. Y.variance is the variance of that
-// mean (unit squared). Row 0 is the top: the drop enters there at shutter-open.
+// A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light
+// elevation with sign, azimuth, degrees), then env, then coverage; channels Y and Y.variance.
+// Values:
+//   light     radiance toward the camera per unit irradiance of the light on a plane facing it
+//   [1/sr] env       radiance per unit radiance of a uniform environment [1] coverage  share of
+//   pixel area x exposure in which the drop is there [0..1]
+// each an average over the pixel's area AND over the whole exposure. Y.variance is the variance of
+// that mean (unit squared). Row 0 is the top: the drop enters there at shutter-open.
 #pragma once
 
 #include <string>
@@ -57,13 +59,14 @@ struct Shard {
 // sqrt(sum of variances / sum of squared means); 0 for an image that is zero everywhere.
 double estimated_relative_error(const StreakImage& image);
 
-// The file's bytes are a function of the shard alone; its name should be shard_name(key) + ".exr", or
-// read_shard refuses it. Refuses NaN, infinity, negative values and wrong
-// sizes (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
+// The file's bytes are a function of the shard alone; its name should be shard_name(key) + ".exr",
+// or read_shard refuses it. Refuses NaN, infinity, negative values and wrong sizes
+// (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
 std::string write_shard(const std::string& file, const Shard& shard);
 
 // Throws std::runtime_error "FILE: part NAME: ..." for missing or misnamed parts, unequal sizes,
-// truncation, NaN. The key comes from the file's own header attributes, and must agree with its name.
+// truncation, NaN. The key comes from the file's own header attributes, and must agree with its
+// name.
 Shard read_shard(const std::string& file);
 
 struct ShardRecord {
@@ -72,22 +75,24 @@ struct ShardRecord {
   std::string sha256 = {};
   int width_px = 0;
   int height_px = 0;
-  double path_top_row = 0;     // row coordinate (0 = top edge of row 0) of the drop's centre at shutter-open
-  double path_bottom_row = 0;  // .. at shutter-close
-  std::vector<std::string> images = {};              // part names in file order
+  double path_top_row =
+      0;  // row coordinate (0 = top edge of row 0) of the drop's centre at shutter-open
+  double path_bottom_row = 0;                         // .. at shutter-close
+  std::vector<std::string> images = {};               // part names in file order
   std::vector<double> estimated_relative_error = {};  // one per image
 };
 
 struct Manifest {
   static constexpr int version = 1;
-  std::string preset = {};      // name of the preset
-  std::string parameters = {};  // every resolved parameter, as a JSON object's text; read back compact
+  std::string preset = {};  // name of the preset
+  std::string parameters =
+      {};  // every resolved parameter, as a JSON object's text; read back compact
   unsigned long long seed = 0;
   std::string instruction_set = {};
   double mean_radius_m = 0;
   double exposure_s = 0;
   double fall_speed_m_s = 0;
-  double pixel_m = 0;  // side of a pixel in the plane facing the camera
+  double pixel_m = 0;                    // side of a pixel in the plane facing the camera
   std::vector<ShardRecord> shards = {};  // sorted by key: diameter, oscillation, view elevation
 };
 

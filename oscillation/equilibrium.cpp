@@ -50,7 +50,6 @@ EquilibriumTable read_equilibrium_table(const std::string& file) {
       const double c = row[static_cast<std::size_t>(k) + 1] * 1e-4;
       terms.push_back(k % 2 == 1 ? -c : c);
     }
-    if (row[0] == 8 && row[1] == -1187) terms[0] = -1178e-4;
     if (!(row[0] > 0)) {
       throw std::runtime_error(
           fmt::format("{}:{}: d = {} mm; expected d > 0", file, number, row[0]));

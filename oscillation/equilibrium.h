@@ -13,9 +13,8 @@ struct EquilibriumTable {
 };
 
 // Reads data/tables/chuang_beard_1990_cn.csv: coefficients in 1e-4 with theta = 0 pointing DOWN;
-// odd k are turned to theta from the top. In the row of 8 mm c_0 = -1187 is replaced by -1178 (two
-// digits swapped in the source: the volume is wrong by 0.25 % else; the file says so). Throws
-// std::runtime_error "FILE:LINE: found; expected".
+// odd k are turned to theta from the top. The row of 8 mm is corrected in the file, which
+// says so. Throws std::runtime_error "FILE:LINE: found; expected".
 EquilibriumTable read_equilibrium_table(const std::string& file);
 
 // Linear in diameter between rows. Below 1 mm: the 1 mm row scaled by (d / 1 mm)^2 (the flattening

@@ -43,7 +43,6 @@ struct Drop {
   Eigen::Vector3d velocity_m_s = {0, 0, 0};
   double r0_m = 0;
   int oscillation = 0;    // set index
-  double t0_s = 0;        // oscillation time at shutter-open: 0 in gn2006
   double hit_time_s = 0;  // after shutter-open, when the centre reaches the top height below it;
 };                        // <= 0: it already has, and is not to be drawn; > 1e26: nothing is below
 

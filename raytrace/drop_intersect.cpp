@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include <Eigen/Geometry>
 
@@ -94,7 +95,7 @@ std::optional<RayPoint> first_root(const DropInstant& drop, const RayPlane& ray,
       psi = half_pi;
     }
   }
-  return point_at(drop, ray, psi);
+  throw std::logic_error("drop intersection: no root within 10000 certified steps");
 }
 
 }  // namespace

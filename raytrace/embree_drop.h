@@ -3,17 +3,12 @@
 // second way.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 
 #include "raytrace/drop_intersect.h"
 
 namespace pluvia {
-
-// What a path follower needs of a drop: its first surface along a ray.
-using DropIntersector = std::function<std::optional<DropHit>(
-    const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, RaySide side)>;
 
 // The analytic drop in an Embree scene of its own. Built once for a bounding radius; any instant
 // whose surface lies within it can be asked for without a rebuild. Thread-safe after construction.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "atlas/atlas_lookup.h"
 #include "raytrace/toml_reader.h"
 
 namespace pluvia {
@@ -49,6 +50,27 @@ OscillationSet read_set(TomlReader& table, const Preset& preset) {
   return set;
 }
 
+// Lights beyond azimuth 180 are served by the mirrored drop (atlas/atlas_lookup.h): each set's
+// mirror image must be the set that the rule names.
+void refuse_wrong_mirrors(const std::string& file, const Preset& preset) {
+  for (const OscillationSet& set : preset.sets) {
+    if (set.a31 == 0) continue;
+    const int partner = fold_angles(0, 0, -90, set.index).oscillation;
+    const auto other = std::find_if(preset.sets.begin(), preset.sets.end(),
+                                    [&](const OscillationSet& s) { return s.index == partner; });
+    const bool mirrors =
+        other != preset.sets.end() && other->a20 == set.a20 && other->a31 == set.a31 &&
+        std::abs(std::remainder(other->phi_drop_deg + set.phi_drop_deg, 360)) < 1e-9;
+    if (!mirrors) {
+      throw std::runtime_error(
+          fmt::format("{}: set {}: its left-right mirror image is not set {}; expected there A20 = "
+                      "{}, A31 = {}, "
+                      "phi_drop_deg = {}",
+                      file, set.index, partner, set.a20, set.a31, -set.phi_drop_deg));
+    }
+  }
+}
+
 // Needs the preset's drop and exposure, which decide how thin the drops of the sets become.
 void read_sets(const std::string& file, Preset& preset) {
   const toml::table document = read_toml(file);
@@ -58,6 +80,7 @@ void read_sets(const std::string& file, Preset& preset) {
   if (preset.sets.empty()) {
     throw std::runtime_error(file + ":1:1: no [[set]]; expected at least one oscillation set");
   }
+  refuse_wrong_mirrors(file, preset);
 }
 
 void read_accuracy(TomlReader accuracy, Preset& preset) {
@@ -179,6 +202,7 @@ std::string preset_parameters(const Preset& preset) {
                     {"phi_drop_deg", set.phi_drop_deg}});
   }
   const nlohmann::json parameters = {{"oscillation_sets", sets},
+                                     {"tracer_version", tracer_version},
                                      {"mean_radius_m", preset.mean_radius_m},
                                      {"density_kg_m3", preset.density_kg_m3},
                                      {"surface_tension_n_m", preset.surface_tension_n_m},

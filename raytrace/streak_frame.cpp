@@ -32,8 +32,9 @@ struct SumOfTwo {
       : a(first), b(second), scale(1 / ((a.high - a.low) * (b.high - b.low))) {}
   double below(double t) const {
     if (t >= a.high + b.high) return 1;
-    return scale *
-           (ramp2(t - a.low - b.low) - ramp2(t - a.low - b.high) - ramp2(t - a.high - b.low));
+    return std::clamp(
+        scale * (ramp2(t - a.low - b.low) - ramp2(t - a.low - b.high) - ramp2(t - a.high - b.low)),
+        0.0, 1.0);
   }
 };
 
@@ -44,7 +45,8 @@ void deposit_column(StreakWindow& window, int plane, int column, const SumOfTwo&
   const int last = std::min(window.first_row + window.rows - 1, static_cast<int>(std::floor(high)));
   double before = spread.below(first);
   for (int r = first; r <= last; ++r) {
-    const double after = spread.below(r + 1);
+    // A distribution never falls; the cancellation of squares in it may, in the last digits.
+    const double after = std::max(before, spread.below(r + 1));
     window.row(plane, r - window.first_row)[column] += amount * (after - before);
     before = after;
   }

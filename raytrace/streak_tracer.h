@@ -3,8 +3,8 @@
 // The exposure is cut into slices. In each, the drop's exit field is traced at one instant and its
 // light deposited over the rows that the drop passes during the slice. The whole is done twice, as
 // two replicates with half the instants each (at 1/4 and 3/4 of every slice) and differently turned
-// and shifted grids; the result is their mean, and ((a - b) / 2)^2 its variance: an honest,
-// slightly pessimistic estimate, since the mean samples time twice as finely as either. A rigid
+// and shifted grids; the result is their mean, and ((a - b) / 2)^2 its variance: the noise of
+// sampling time and grid. A bias that both share (a field too coarse) is not in it. A rigid
 // drop needs no time: a few differently turned grids, each smeared over the whole path.
 #pragma once
 
@@ -16,6 +16,9 @@
 #include "raytrace/streak_frame.h"
 
 namespace pluvia {
+
+// Raised by every change that alters a shard's bytes: a database of another version is not resumed.
+constexpr int tracer_version = 1;
 
 // A drop whose surface comes nearer to its centre, over its mean radius, is refused: the two modes
 // no longer describe water there.

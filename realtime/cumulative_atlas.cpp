@@ -38,8 +38,9 @@ std::int64_t lay_out(const StreakAtlas& atlas, const LevelRange& levels,
   return next;
 }
 
-// Centre and half width of the uniform strip with the mean and variance of weights on equal parts of
-// [0, 1]. The whole of [0, 1] where there is no weight; kept inside it where the weight is at both ends.
+// Centre and half width of the uniform strip with the mean and variance of weights on equal parts
+// of [0, 1]. The whole of [0, 1] where there is no weight; kept inside it where the weight is at
+// both ends.
 void matched_strip(const std::vector<double>& weights, float* strip) {
   const double width = 1.0 / static_cast<double>(weights.size());
   double total = 0, mean = 0, square = 0;

@@ -72,7 +72,9 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
 }
 
-int coarsest_level(const StreakAtlas& atlas) { return std::max(0, atlas.levels - 3); }
+int coarsest_level(const StreakAtlas& atlas) {
+  return std::max(0, atlas.levels - 3);
+}
 
 int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
                         const RenderOptions& options) {

@@ -60,12 +60,15 @@ struct VideoWriter::State {
   File frames = {};    // a socket, not a pipe: writing to a dead one is then an error, not a signal
   File messages = {};  // what ffmpeg says, in an unnamed file
 
+  std::string temporary() const { return file + ".tmp"; }  // renamed when it is whole
   void start(int frames_per_second);
   [[noreturn]] void refuse() const;
   int wait_for_end();
 };
 
 void VideoWriter::State::refuse() const {
+  std::error_code ignored;
+  std::filesystem::remove(temporary(), ignored);
   throw std::runtime_error(fmt::format("{}: ffmpeg: {}; expected it to write an mp4", file,
                                        first_line(messages.descriptor)));
 }
@@ -87,12 +90,13 @@ void VideoWriter::State::start(int frames_per_second) {
   const File other_end = {ends[1]};
   messages.descriptor = open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   const std::string rate = fmt::format("{}", frames_per_second);
-  const std::string target = "file:" + file;  // a name with a colon is no protocol
+  const std::string target = "file:" + temporary();  // a name with a colon is no protocol
   const char* const arguments[] = {
-      "ffmpeg",   "-y",      "-loglevel",  "error",      "-f",           "image2pipe",
-      "-c:v",     "png",     "-framerate", rate.c_str(), "-i",           "-",
-      "-c:v",     "libx264", "-preset",    "veryfast",   "-crf",         "20",
-      "-pix_fmt", "yuv420p", "-movflags",  "+faststart", target.c_str(), nullptr};
+      "ffmpeg",       "-y",      "-loglevel",  "error",      "-f",   "image2pipe",
+      "-c:v",         "png",     "-framerate", rate.c_str(), "-i",   "-",
+      "-c:v",         "libx264", "-preset",    "veryfast",   "-crf", "20",
+      "-pix_fmt",     "yuv420p", "-movflags",  "+faststart", "-f",   "mp4",
+      target.c_str(), nullptr};
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, other_end.descriptor, STDIN_FILENO);
@@ -125,7 +129,7 @@ VideoWriter::~VideoWriter() {
   kill(state_->process, SIGKILL);
   state_->wait_for_end();
   std::error_code ignored;
-  std::filesystem::remove(state_->file, ignored);
+  std::filesystem::remove(state_->temporary(), ignored);
 }
 
 void VideoWriter::add(const Image& frame, double white) {
@@ -147,6 +151,7 @@ void VideoWriter::add(const Image& frame, double white) {
 void VideoWriter::finish() {
   const int status = state_->wait_for_end();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) state_->refuse();
+  std::filesystem::rename(state_->temporary(), state_->file);
 }
 
 }  // namespace pluvia

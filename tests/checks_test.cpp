@@ -213,8 +213,8 @@ TEST(Checks, GalleryShowsTheLightBehindTheDrop) {
   add_gallery(folder.path(), report);
   ASSERT_EQ(report.figures.size(), 2u);
   ASSERT_EQ(report.figures[0].panels.size(), 1u);
-  // At half size the bright pixel (column 4, row 3) is one of four that column 2, row 1 averages; the
-  // others have the dark value of any other place.
+  // At half size the bright pixel (column 4, row 3) is one of four that column 2, row 1 averages;
+  // the others have the dark value of any other place.
   const Image& picture = report.figures[0].panels[0].image;
   EXPECT_NEAR(picture.at(2, 1) - 0.75 * picture.at(0, 0), 0.25 * 5 * 0.302834, 1e-6);
 }

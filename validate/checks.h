@@ -1,5 +1,5 @@
-// The checks of the fidelity report, by rung of the ladder of truth. Each function measures, and adds its
-// checks, figures, tables and timings to the report.
+// The checks of the fidelity report, by rung of the ladder of truth. Each function measures, and
+// adds its checks, figures, tables and timings to the report.
 #pragma once
 
 #include <functional>
@@ -10,17 +10,18 @@
 
 namespace pluvia {
 
-// A sphere of index 1.333 against the closed form: sphere.energy.p0 .. p3, sphere.rainbow.p2_deg and p3_deg
-// (as the extremum of traced exit directions), sphere.intensity.rms.
+// A sphere of index 1.333 against the closed form: sphere.energy.p0 .. p3, sphere.rainbow.p2_deg
+// and p3_deg (as the extremum of traced exit directions), sphere.intensity.rms.
 void add_sphere_checks(Report& report);
 
-// Nothing is lost: furnace (a uniform environment), and mesh.convergence (exit directions of triangle
-// meshes against the analytic surface).
+// Nothing is lost: furnace (a uniform environment), and mesh.convergence (exit directions of
+// triangle meshes against the analytic surface).
 void add_energy_check(const Preset& preset, Report& report);
 void add_mesh_check(const Preset& preset, Report& report);
 
-// The exit field against brute force on one streak, all lights at once: field.flux.easy and .hard with the
-// standard errors that they rest on, and three streaks side by side with difference and noise.
+// The exit field against brute force on one streak, all lights at once: field.flux.easy and .hard
+// with the standard errors that they rest on, and three streaks side by side with difference and
+// noise.
 void add_field_checks(const Preset& preset, const Progress& progress, Report& report);
 
 // The database against the closed-form sphere (gn2006.sphere_closed_form.osc0) and against the real

@@ -137,7 +137,7 @@ void add_factor_checks(const std::string& folder, const Manifest& manifest,
       "gn2006.log_factor_rms.all", factor_rms(comparison, -1, 50), 0, 0.30, "log10",
       "The same over all ten oscillations. Reported, not promised: a factor is one pixel, the "
       "brightest, and the last digits of the amplitudes are uncertain. The bound is a factor of "
-      "two, below which a streak is recognisably the same; the table names the worst directions."));
+      "two; the table names the worst directions."));
 }
 
 // Half size: a whole streak fits a window.

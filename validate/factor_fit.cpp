@@ -128,33 +128,44 @@ Solution solve(const std::vector<double>& start, const std::vector<double>& low,
     problem.SetParameterUpperBound(solution.x.data(), static_cast<int>(i), high[i]);
   }
   ceres::Solver::Options options;
-  options.max_num_iterations = 8;
+  options.max_num_iterations = 6;
   options.function_tolerance = 1e-3;  // a hundredth of the residuals' spread
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  solution.converged = summary.IsSolutionUsable();
+  solution.converged = summary.termination_type == ceres::CONVERGENCE;
   solution.square_after = sum_of_squares(residuals.of(solution.x.data()));
   solution.standard_error =
       standard_errors(problem, solution.x, solution.square_after, first.size());
   return solution;
 }
 
-FittedValue fitted(const std::string& name, double start, const Solution& solution,
-                   std::size_t index) {
-  FittedValue value{name, start, solution.x[index], solution.standard_error[index], true};
-  // An interval as wide as the value itself says nothing.
-  if (!(value.standard_error >= 0) || value.standard_error > std::abs(value.value)) {
-    value.identifiable = false;
-    value.value = start;
-  }
-  return value;
+// An interval as wide as the value itself says nothing.
+bool is_determined(const Solution& solution, std::size_t index) {
+  const double error = solution.standard_error[index];
+  return error >= 0 && error <= std::abs(solution.x[index]);
+}
+
+// The value where the factors determine it, else the start; the solution then keeps the start too.
+FittedValue fitted(const std::string& name, double start, Solution& solution, std::size_t index) {
+  const bool determined = is_determined(solution, index);
+  if (!determined) solution.x[index] = start;
+  return {name, start, solution.x[index], solution.standard_error[index], determined};
 }
 
 struct Totals {
   double before = 0, after = 0;
   std::size_t count = 0;
 };
+
+// Of the values that are kept, not of those that were tried.
+void add_totals(const Solution& solution, const Residuals& residuals, FactorFit& fit,
+                Totals& totals) {
+  fit.converged = fit.converged && solution.converged;
+  totals.before += solution.square_before;
+  totals.after += sum_of_squares(residuals.of(solution.x.data()));
+  totals.count += solution.residuals;
+}
 
 // The cone and the unit, on the rigid sphere.
 void fit_cone(Preset& preset, const std::vector<RealFactor>& factors, FactorFit& fit,
@@ -169,14 +180,11 @@ void fit_cone(Preset& preset, const std::vector<RealFactor>& factors, FactorFit&
   double mean = 0;
   const std::vector<double> ratios = log_ratios(preset, 0, factors);
   for (const double r : ratios) mean += r / static_cast<double>(ratios.size());
-  const Solution s =
-      solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2}, residuals);
+  Solution s = solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2}, residuals);
   fit.values.push_back(fitted("cone_half_angle_deg", preset.cone_half_angle_deg, s, 0));
+  if (!fit.values.back().identifiable) s.x[1] = mean;  // the unit that goes with the start
   fit.log10_constant = s.x[1];
-  fit.converged = fit.converged && s.converged;
-  totals.before += s.square_before;
-  totals.after += s.square_after;
-  totals.count += s.residuals;
+  add_totals(s, residuals, fit, totals);
   preset.cone_half_angle_deg = fit.values.back().value;
 }
 
@@ -198,15 +206,12 @@ void fit_group(const Preset& preset, const std::vector<RealFactor>& factors, con
     }
     return all;
   }};
-  const Solution s = two ? solve({group.a20, group.a31}, {0.03, 0.03}, {0.3, 0.15}, residuals)
-                         : solve({group.a20}, {0.03}, {0.3}, residuals);
+  Solution s = two ? solve({group.a20, group.a31}, {0.03, 0.03}, {0.3, 0.15}, residuals)
+                   : solve({group.a20}, {0.03}, {0.3}, residuals);
   const std::string sets = fmt::format("sets {}", fmt::join(group.sets, ", "));
   fit.values.push_back(fitted("A20 of " + sets, group.a20, s, 0));
   if (two) fit.values.push_back(fitted("A31 of " + sets, group.a31, s, 1));
-  fit.converged = fit.converged && s.converged;
-  totals.before += s.square_before;
-  totals.after += s.square_after;
-  totals.count += s.residuals;
+  add_totals(s, residuals, fit, totals);
 }
 
 }  // namespace

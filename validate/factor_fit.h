@@ -1,7 +1,7 @@
 // What the real factors say about the unknowns of the 2006 database, fitted with Ceres on light
 // elevations 10 and 90 (elevation 50 is kept for judging): first the cone of the light, on the
-// rigid sphere; then, with that cone, A20 and A31 of each group of oscillation sets that share
-// them.
+// rigid sphere; then, with that cone, A20 and A31 of each pair of oscillation sets that share them
+// and look in opposite directions.
 //
 // A residual is log10(ours / theirs) of one factor, ours the maximum pixel of a streak that is
 // traced anew for every trial. A maximum is not smooth, so derivatives are differences over steps
@@ -27,7 +27,7 @@ struct FactorFit {
   std::vector<FittedValue> values = {};
   double log10_constant = 0;             // one unit for all factors, from the rigid sphere
   double rms_before = 0, rms_after = 0;  // over the fitted factors
-  bool converged = true;                 // of every problem
+  bool converged = true;                 // every problem, within its iterations
 };
 
 // Starts from the preset's values. Throws std::runtime_error when the factors lack elevation 10

@@ -12,10 +12,10 @@ namespace pluvia {
 struct FidelityInputs {
   std::string database_folder = {};
   std::string atlas_folder = {};
-  std::string data_folder = {};              // data/ of the project
-  std::string scene_file = {};               // of the frame that is checked against the composite
-  double time_s = 1;                         // shutter-open of the checked frame
-  std::vector<std::string> commands = {};    // for the report
+  std::string data_folder = {};            // data/ of the project
+  std::string scene_file = {};             // of the frame that is checked against the composite
+  double time_s = 1;                       // shutter-open of the checked frame
+  std::vector<std::string> commands = {};  // for the report
 };
 
 // Throws std::runtime_error for inputs that cannot be read; a failed check is not an error.

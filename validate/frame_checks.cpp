@@ -70,7 +70,7 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
               "The scene with rain as the real-time renderer draws it, and without.",
               {{frame.color, white, fmt::format("with rain; white is {} cd/m^2", white), false, 1},
                {frame.background, white, "without rain", false, 1}}};
-  Figure difference{"The rain alone, against truth",
+  Figure difference{"The rain alone, against the exact composite of the same atlas",
                     "Frame minus background: real-time, exact composite, and their difference.",
                     {{ours, white / 4, "real-time, x 4", false, 1},
                      {truth.rain, white / 4, "exact composite, x 4", false, 1},
