@@ -159,17 +159,16 @@ struct FitFlags {
 };
 
 void fit_factors(const FitFlags& flags) {
-  const auto fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
-                                       pluvia::read_real_factors(flags.factors), ProgressLine());
+  const pluvia::FactorFit fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
+                                                    pluvia::read_real_factors(flags.factors));
   pluvia::write_factor_fit(flags.out, fit);
-  for (const pluvia::FittedValue& v : fit.values) {
-    fmt::print("{:<24} {}\n", v.name,
-               v.identifiable
-                   ? fmt::format("{:.4f} +- {:.4f} (from {})", v.value, v.standard_error, v.start)
-                   : fmt::format("not determined by these factors (from {})", v.start));
-  }
+  const pluvia::FittedValue& cone = fit.cone;
+  fmt::print("{} {} (from {})\n", cone.name,
+             cone.identifiable ? fmt::format("{:.3f} +- {:.3f}", cone.value, cone.standard_error)
+                               : "is not determined by these factors",
+             cone.start);
   fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}{}\n", fit.rms_after, fit.rms_before,
-             fit.converged ? "" : "; not all of it converged");
+             fit.converged ? "" : "; not converged");
 }
 
 // CLI::Range lets nan pass: it is neither below the range nor above.
@@ -249,8 +248,8 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
 CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
   CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
   fit->require_subcommand(1);
-  CLI::App* command = fit->add_subcommand(
-      "factors", "the light's cone and the modes' amplitudes from the real database's factors");
+  CLI::App* command =
+      fit->add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
   flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
   command->add_option("file", flags.factors, "factors, CSV")->required();
   command->add_option("--preset", flags.preset, "values to start from")->capture_default_str();

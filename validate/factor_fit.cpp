@@ -1,15 +1,11 @@
 #include "validate/factor_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <stdexcept>
 
 #include <ceres/ceres.h>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "atlas/atomic_file.h"
@@ -22,19 +18,19 @@ constexpr int fitted_elevations_deg[] = {10, 90};
 constexpr double difference_step = 0.02;  // relative
 
 bool is_fitted(const RealFactor& factor) {
-  return std::any_of(std::begin(fitted_elevations_deg), std::end(fitted_elevations_deg),
+  return factor.oscillation == 0 &&
+         std::any_of(std::begin(fitted_elevations_deg), std::end(fitted_elevations_deg),
                      [&](int v) { return factor.light.elevation_deg == v; });
 }
 
 // log10 of the brightest pixel of one set's streaks, over the real factor's, for the fitted
 // factors.
-std::vector<double> log_ratios(const Preset& preset, int oscillation,
-                               const std::vector<RealFactor>& factors) {
-  StreakRequest request = shard_request(preset, {.oscillation = oscillation});
+std::vector<double> log_ratios(const Preset& preset, const std::vector<RealFactor>& factors) {
+  StreakRequest request = shard_request(preset, {.oscillation = 0});
   request.lights.clear();
   std::vector<double> theirs;
   for (const RealFactor& factor : factors) {
-    if (factor.oscillation != oscillation || !is_fitted(factor)) continue;
+    if (!is_fitted(factor)) continue;
     request.lights.push_back(factor.light);
     theirs.push_back(factor.factor);
   }
@@ -45,27 +41,6 @@ std::vector<double> log_ratios(const Preset& preset, int oscillation,
     ratios.push_back(std::log10(*std::max_element(mean.begin(), mean.end()) / theirs[k]));
   }
   return ratios;
-}
-
-// Sets with equal amplitudes differ in orientation alone: one pair of unknowns for each opposite
-// pair.
-struct Group {
-  std::vector<int> sets = {};
-  double a20 = 0, a31 = 0;
-};
-
-std::vector<Group> groups_of(const Preset& preset) {
-  std::vector<Group> groups;
-  std::map<std::array<double, 3>, std::size_t> known;
-  for (const OscillationSet& set : preset.sets) {
-    if (set.a20 == 0 && set.a31 == 0) continue;
-    // Opposite directions share what they look like from their axis: along the view, or across it.
-    const double axis = std::fmod(set.phi_drop_deg + 360, 180);
-    const auto [at, fresh] = known.try_emplace({set.a20, set.a31, axis}, groups.size());
-    if (fresh) groups.push_back({{}, set.a20, set.a31});
-    groups[at->second].sets.push_back(set.index);
-  }
-  return groups;
 }
 
 // A Ceres cost over any number of parameters, from a plain function.
@@ -153,105 +128,45 @@ FittedValue fitted(const std::string& name, double start, Solution& solution, st
   return {name, start, solution.x[index], solution.standard_error[index], determined};
 }
 
-struct Totals {
-  double before = 0, after = 0;
-  std::size_t count = 0;
-};
+}  // namespace
 
-// Of the values that are kept, not of those that were tried.
-void add_totals(const Solution& solution, const Residuals& residuals, FactorFit& fit,
-                Totals& totals) {
-  fit.converged = fit.converged && solution.converged;
-  totals.before += solution.square_before;
-  totals.after += sum_of_squares(residuals.of(solution.x.data()));
-  totals.count += solution.residuals;
-}
-
-// The cone and the unit, on the rigid sphere.
-void fit_cone(Preset& preset, const std::vector<RealFactor>& factors, FactorFit& fit,
-              Totals& totals) {
+FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& factors) {
+  if (std::none_of(factors.begin(), factors.end(), is_fitted)) {
+    throw std::runtime_error(
+        "no factor of set 0 and light elevation 10 or 90; expected some to fit");
+  }
   const Residuals residuals{[&](const double* x) {
     Preset trial = preset;
     trial.cone_half_angle_deg = x[0];
-    std::vector<double> r = log_ratios(trial, 0, factors);
+    std::vector<double> r = log_ratios(trial, factors);
     for (double& v : r) v -= x[1];
     return r;
   }};
   double mean = 0;
-  const std::vector<double> ratios = log_ratios(preset, 0, factors);
+  const std::vector<double> ratios = log_ratios(preset, factors);
   for (const double r : ratios) mean += r / static_cast<double>(ratios.size());
-  Solution s = solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2}, residuals);
-  fit.values.push_back(fitted("cone_half_angle_deg", preset.cone_half_angle_deg, s, 0));
-  if (!fit.values.back().identifiable) s.x[1] = mean;  // the unit that goes with the start
-  fit.log10_constant = s.x[1];
-  add_totals(s, residuals, fit, totals);
-  preset.cone_half_angle_deg = fit.values.back().value;
-}
-
-void fit_group(const Preset& preset, const std::vector<RealFactor>& factors, const Group& group,
-               FactorFit& fit, Totals& totals) {
-  const bool two = group.a31 != 0;
-  const Residuals residuals{[&](const double* x) {
-    Preset trial = preset;
-    for (OscillationSet& set : trial.sets) {
-      if (std::count(group.sets.begin(), group.sets.end(), set.index) == 0) continue;
-      set.a20 = x[0];
-      set.a31 = two ? x[1] : 0;
-    }
-    std::vector<double> all;
-    for (const int index : group.sets) {
-      for (const double r : log_ratios(trial, index, factors)) {
-        all.push_back(r - fit.log10_constant);
-      }
-    }
-    return all;
-  }};
-  Solution s = two ? solve({group.a20, group.a31}, {0.03, 0.03}, {0.3, 0.15}, residuals)
-                   : solve({group.a20}, {0.03}, {0.3}, residuals);
-  const std::string sets = fmt::format("sets {}", fmt::join(group.sets, ", "));
-  fit.values.push_back(fitted("A20 of " + sets, group.a20, s, 0));
-  if (two) fit.values.push_back(fitted("A31 of " + sets, group.a31, s, 1));
-  add_totals(s, residuals, fit, totals);
-}
-
-}  // namespace
-
-FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& factors,
-                      const Progress& progress) {
-  if (std::none_of(factors.begin(), factors.end(), is_fitted)) {
-    throw std::runtime_error("no factor of light elevation 10 or 90; expected some to fit");
-  }
+  Solution solution =
+      solve({preset.cone_half_angle_deg, mean}, {1, mean - 2}, {12, mean + 2}, residuals);
   FactorFit fit;
-  Totals totals;
-  Preset trial = preset;
-  const std::vector<Group> groups = groups_of(preset);
-  fit_cone(trial, factors, fit, totals);
-  for (std::size_t k = 0; k < groups.size(); ++k) {
-    if (progress) {
-      progress(fmt::format("sets {}", fmt::join(groups[k].sets, ", ")),
-               static_cast<double>(k) / static_cast<double>(groups.size()));
-    }
-    fit_group(trial, factors, groups[k], fit, totals);
-  }
-  if (progress) progress("fit", 1);
-  fit.rms_before = std::sqrt(totals.before / static_cast<double>(totals.count));
-  fit.rms_after = std::sqrt(totals.after / static_cast<double>(totals.count));
+  fit.cone = fitted("cone_half_angle_deg", preset.cone_half_angle_deg, solution, 0);
+  if (!fit.cone.identifiable) solution.x[1] = mean;  // the unit that goes with the start
+  fit.log10_constant = solution.x[1];
+  fit.converged = solution.converged;
+  const double count = static_cast<double>(ratios.size());
+  fit.rms_before = std::sqrt(solution.square_before / count);
+  fit.rms_after = std::sqrt(sum_of_squares(residuals.of(solution.x.data())) / count);
   return fit;
 }
 
 void write_factor_fit(const std::string& file, const FactorFit& fit) {
-  nlohmann::ordered_json values = nlohmann::ordered_json::array();
-  for (const FittedValue& v : fit.values) {
-    nlohmann::ordered_json entry = {{"name", v.name}, {"start", v.start}};
-    if (v.identifiable) {
-      entry["value"] = v.value;
-      entry["standard_error"] = v.standard_error;
-    }
-    entry["identifiable"] = v.identifiable;
-    values.push_back(entry);
+  nlohmann::ordered_json cone = {{"name", fit.cone.name}, {"start", fit.cone.start}};
+  if (fit.cone.identifiable) {
+    cone["value"] = fit.cone.value;
+    cone["standard_error"] = fit.cone.standard_error;
   }
+  cone["identifiable"] = fit.cone.identifiable;
   const nlohmann::ordered_json document = {{"version", 1},
-                                           {"values", values},
+                                           {"values", {cone}},
                                            {"log10_constant", fit.log10_constant},
                                            {"rms_before", fit.rms_before},
                                            {"rms_after", fit.rms_after},
