@@ -16,10 +16,6 @@
 namespace pluvia {
 namespace {
 
-std::string light_name(const LightDirection& light) {
-  return fmt::format("light_v{:+03d}_h{:03d}", light.elevation_deg, light.azimuth_deg);
-}
-
 std::map<std::string, int> attributes_of(const ShardKey& key) {
   return {{"diameter_um", key.diameter_um},
           {"oscillation", key.oscillation},
@@ -142,6 +138,10 @@ std::vector<LightDirection> gn2006_light_directions() {
   }
   lights.push_back({.elevation_deg = 90, .azimuth_deg = 170});
   return lights;
+}
+
+std::string light_name(const LightDirection& light) {
+  return fmt::format("light_v{:+03d}_h{:03d}", light.elevation_deg, light.azimuth_deg);
 }
 
 std::string shard_name(const ShardKey& key) {

@@ -31,6 +31,9 @@ struct LightDirection {
 // elevations -70..70 step 20, that is +-10 .. +-70, x azimuths 10..170 step 20, and +-90 with 170.
 std::vector<LightDirection> gn2006_light_directions();
 
+// "light_v+10_h010": the name of its part in a shard and of its image in the manifest.
+std::string light_name(const LightDirection& light);
+
 struct StreakImage {                 // one part of a shard
   std::vector<float> mean = {};      // width * height, row by row
   std::vector<float> variance = {};  // of the mean

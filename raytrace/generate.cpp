@@ -108,8 +108,7 @@ ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std:
   record.path_top_row = frame.path_top_row;
   record.path_bottom_row = frame.path_top_row + frame.path_rows;
   for (std::size_t k = 0; k < shard.lights.size(); ++k) {
-    record.images.push_back(fmt::format("light_v{:+03d}_h{:03d}", shard.lights[k].elevation_deg,
-                                        shard.lights[k].azimuth_deg));
+    record.images.push_back(light_name(shard.lights[k]));
     record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
   }
   record.images.insert(record.images.end(), {"env", "coverage"});

@@ -154,7 +154,9 @@ FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& facto
   fit.converged = solution.converged;
   const double count = static_cast<double>(ratios.size());
   fit.rms_before = std::sqrt(solution.square_before / count);
-  fit.rms_after = std::sqrt(sum_of_squares(residuals.of(solution.x.data())) / count);
+  // What is not determined keeps its start, and the start's residuals.
+  const double kept = fit.cone.identifiable ? solution.square_after : solution.square_before;
+  fit.rms_after = std::sqrt(kept / count);
   return fit;
 }
 
