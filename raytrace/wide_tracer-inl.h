@@ -11,6 +11,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "raytrace/exit_paths.h"
@@ -51,17 +52,38 @@ HWY_INLINE WalkerLanes load_walkers(const WalkerQueue& q, std::size_t i) {
           hn::LoadU(WordTag(), q.word.data() + i)};
 }
 
-// Appends the lanes of `mask`, in their order.
+// Entry `bits`: the places of its set bits, ascending.
+using PlaceTable = std::array<std::array<std::uint64_t, lane_count>, 1 << lane_count>;
+
+constexpr PlaceTable make_place_table() {
+  PlaceTable table = {};
+  for (std::size_t bits = 0; bits < table.size(); ++bits) {
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < lane_count; ++k) {
+      if ((bits >> k & 1) != 0) table[bits][count++] = k;
+    }
+  }
+  return table;
+}
+
+constexpr PlaceTable place_table = make_place_table();
+
+// Appends the lanes of `mask`, in their order. (Highway 1.0's Compress copies its table each time.)
 template <std::size_t Count>
 HWY_INLINE void append(LaneQueue<Count>& q, LaneMask mask, const Lanes (&value)[Count],
                        Words signature, Words word) {
   q.make_room(lane_count);
-  const auto words = hn::RebindMask(WordTag(), mask);
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(Tag(), mask, bits);
+  const Words place = hn::LoadU(WordTag(), place_table[bits[0]].data());
+  const auto to_front = hn::IndicesFromVec(Tag(), place);
+  const auto words_to_front = hn::IndicesFromVec(WordTag(), place);
   for (std::size_t k = 0; k < Count; ++k) {
-    hn::StoreU(hn::Compress(value[k], mask), Tag(), q.value[k].data() + q.count);
+    hn::StoreU(hn::TableLookupLanes(value[k], to_front), Tag(), q.value[k].data() + q.count);
   }
-  hn::StoreU(hn::Compress(signature, words), WordTag(), q.signature.data() + q.count);
-  hn::StoreU(hn::Compress(word, words), WordTag(), q.word.data() + q.count);
+  hn::StoreU(hn::TableLookupLanes(signature, words_to_front), WordTag(),
+             q.signature.data() + q.count);
+  hn::StoreU(hn::TableLookupLanes(word, words_to_front), WordTag(), q.word.data() + q.count);
   q.count += hn::CountTrue(Tag(), mask);
 }
 
