@@ -75,6 +75,32 @@ HWY_INLINE Lanes3 across(const Lanes3& d) {
   return normalised(choose(by_x, {zero - d.y, d.x, zero}, {zero, zero - d.z, d.y}));
 }
 
+constexpr std::size_t lane_count = hn::MaxLanes(Tag());
+
+// One vector a lane, in and out of memory.
+struct LaneVectors {
+  double x[lane_count] = {}, y[lane_count] = {}, z[lane_count] = {};
+
+  void put(std::size_t k, const Eigen::Vector3d& v) {
+    x[k] = v.x();
+    y[k] = v.y();
+    z[k] = v.z();
+  }
+  Eigen::Vector3d at(std::size_t k) const { return {x[k], y[k], z[k]}; }
+};
+
+HWY_INLINE Lanes3 load(const LaneVectors& v) {
+  return {hn::LoadU(Tag(), v.x), hn::LoadU(Tag(), v.y), hn::LoadU(Tag(), v.z)};
+}
+
+HWY_INLINE LaneVectors store(const Lanes3& v) {
+  LaneVectors out;
+  hn::StoreU(v.x, Tag(), out.x);
+  hn::StoreU(v.y, Tag(), out.y);
+  hn::StoreU(v.z, Tag(), out.z);
+  return out;
+}
+
 // The drop's constants for rays from one side.
 struct DropLanes {
   const HarmonicSurface<double>& surface;
@@ -87,9 +113,9 @@ struct DropLanes {
       const auto& order = surface.orders[i];
       for (const double b : order.b) has_sine[i] = has_sine[i] || (order.m > 0 && b != 0);
     }
-    // See drop_intersect.cpp. A sphere's bound from outside is 0; any larger one is as safe.
-    outside_bend = std::max(1e-6, std::hypot(drop.bound_bend, 2 * drop.bound_slope));
-    inside_bend = std::hypot(drop.bound_bend, 2 * drop.bound_slope) + drop.bound_h;
+    // A sphere's bound from outside is 0; any larger one is as safe.
+    outside_bend = std::max(1e-6, walk_bend(drop, RaySide::outside));
+    inside_bend = walk_bend(drop, RaySide::inside);
   }
 };
 
@@ -211,9 +237,6 @@ struct RootLanes {
   PointLanes point;  // of the lanes that found
 };
 
-constexpr int lane_step_limit = 10000;  // as drop_intersect.cpp
-constexpr double lane_root_tolerance = 4e-15;
-
 // The first root of G ahead of the rays' origins, for the lanes of `active`.
 template <RaySide side>
 HWY_INLINE RootLanes first_root_lanes(const DropLanes& drop, RayLanes ray, LaneMask active) {
@@ -223,7 +246,7 @@ HWY_INLINE RootLanes first_root_lanes(const DropLanes& drop, RayLanes ray, LaneM
   const double bend = outside ? drop.outside_bend : drop.inside_bend;
   LaneMask found = zero < zero;
   if (outside) active = hn::And(active, ray.b < bound);
-  for (int step = 0; step < lane_step_limit; ++step) {
+  for (int step = 0; step < walk_step_limit; ++step) {
     // A lane that has finished stands still: its point stays what it was.
     const PointLanes p = point_lanes(drop, ray);
     if (outside) {
@@ -232,7 +255,7 @@ HWY_INLINE RootLanes first_root_lanes(const DropLanes& drop, RayLanes ray, LaneM
     }
     const Lanes f = hn::Max(zero, outside ? zero - p.g : p.g);
     const Lanes slope = outside ? zero - p.slope : p.slope;
-    const LaneMask ends = hn::And(f <= all(lane_root_tolerance), slope <= zero);
+    const LaneMask ends = hn::And(f <= all(walk_root_tolerance), slope <= zero);
     const Lanes h = safe_step_lanes(f, slope, bend);
     LaneMask root = ends;
     if (step == 0) {  // at its own start a ray leaves, or grazes and is lost

@@ -24,8 +24,6 @@ namespace pluvia::HWY_NAMESPACE {
 using WordTag = hn::ScalableTag<std::uint64_t>;
 using Words = hn::Vec<WordTag>;
 
-constexpr std::size_t lane_count = hn::MaxLanes(Tag());
-
 HWY_INLINE Words all_words(std::uint64_t value) {
   return hn::Set(WordTag(), value);
 }
@@ -214,21 +212,15 @@ struct Waves {
     const Words first = hn::Iota(WordTag(), 0);
     for (std::size_t i = 0; i < hits.size(); i += lane_count) {
       const std::size_t count = std::min(lane_count, hits.size() - i);
-      double value[6][lane_count] = {};
+      LaneVectors positions, normals;
       for (std::size_t k = 0; k < count; ++k) {
         const CameraHit& hit = hits[i + k];
-        const Eigen::Vector3d p = (hit.position_m - scene.drop.origin_m) / drop.surface.scale;
-        for (int axis = 0; axis < 3; ++axis) {
-          value[axis][k] = p[axis];
-          value[3 + axis][k] = hit.normal[axis];
-        }
+        positions.put(k, (hit.position_m - scene.drop.origin_m) / scene.drop.surface.scale);
+        normals.put(k, hit.normal);
       }
-      const Tag d;
-      const MeetingLanes at = {
-          {hn::LoadU(d, value[0]), hn::LoadU(d, value[1]), hn::LoadU(d, value[2])},
-          {hn::LoadU(d, value[3]), hn::LoadU(d, value[4]), hn::LoadU(d, value[5])}};
+      const MeetingLanes at = {load(positions), load(normals)};
       const WalkerLanes w = {at.position, camera, all_words(1), first + all_words(i)};
-      start(w, hn::FirstN(d, count), at);
+      start(w, hn::FirstN(Tag(), count), at);
     }
   }
 };
