@@ -23,10 +23,11 @@ struct LaneQueue {
   std::array<std::vector<double>, Components> value = {};
   std::vector<std::uint64_t> signature = {}, word = {};
 
-  // Makes room for `lanes` more entries, all of which a vector may overwrite.
+  // Makes room for `lanes` more entries, all of which a vector may overwrite. The arrays are whole
+  // vectors long: the last entries are loaded with what follows them.
   void make_room(std::size_t lanes) {
     if (count + lanes <= signature.size()) return;
-    const std::size_t size = 2 * (count + lanes);
+    const std::size_t size = 2 * (count / lanes + 1) * lanes;
     for (auto& component : value) component.resize(size);
     signature.resize(size);
     word.resize(size);
