@@ -36,7 +36,8 @@ struct HitExits {
   PathRemainder remainder = {};  // summed over the hits, in their order
 };
 
-// `to_camera` unit; the processor has `isa` (asserted). Thread-safe.
+// `to_camera` unit; the processor has `isa` (asserted). Thread-safe. A single hit costs as much as
+// with scalar; full speed from about 16 hits in a batch.
 HitExits trace_exits_of(const DropInstant& drop, std::span<const CameraHit> hits,
                         const Eigen::Vector3d& to_camera, const PathOptions& options, Isa isa);
 
