@@ -3,7 +3,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -55,6 +57,7 @@ struct ProgressLine {
 struct GenerateFlags {
   std::string preset = {}, out = {};
   std::vector<int> views = {}, oscillations = {};
+  std::vector<double> diameters_mm = {};
   std::optional<double> cone_half_angle_deg = {};
   int threads = 0;
 };
@@ -69,6 +72,31 @@ void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
       "--oscillations", fmt::format("{}; expected one of the preset's {}", oscillation, known));
 }
 
+void choose_diameters(const std::vector<double>& diameters_mm, pluvia::Preset& preset) {
+  const std::vector<int> known = pluvia::diameters_of(preset);
+  std::vector<int> chosen;
+  for (const double mm : diameters_mm) {
+    const auto um = static_cast<int>(std::lround(1000 * mm));
+    if (std::abs(um - 1000 * mm) > 1e-6 ||
+        std::find(known.begin(), known.end(), um) == known.end()) {
+      throw CLI::ValidationError("--diameters-mm",
+                                 fmt::format("{}; expected among the preset's", mm));
+    }
+    chosen.push_back(um);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  if (preset.physical) preset.physical->diameters_um = chosen;
+}
+
+void refuse_views_below(const pluvia::Preset& preset) {
+  for (const int view : preset.view_elevations_deg) {
+    if (view >= 0 || preset.physical) continue;
+    throw CLI::ValidationError("--views",
+                               fmt::format("{}; expected 0 .. 80 for {}", view, preset.name));
+  }
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -79,6 +107,8 @@ void generate(const GenerateFlags& flags) {
   if (!flags.views.empty()) preset.view_elevations_deg = flags.views;
   if (!flags.oscillations.empty()) preset.oscillations = flags.oscillations;
   for (const int oscillation : preset.oscillations) refuse_missing_set(preset, oscillation);
+  if (!flags.diameters_mm.empty()) choose_diameters(flags.diameters_mm, preset);
+  refuse_views_below(preset);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
   const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
   fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
@@ -189,7 +219,10 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->required();
   command->add_option("--views", flags.views, "view elevations [deg] instead of the preset's")
       ->delimiter(',')
-      ->check(CLI::Range(0, 80));
+      ->check(CLI::Range(-80, 80));
+  command->add_option("--diameters-mm", flags.diameters_mm, "some of the preset's diameters [mm]")
+      ->delimiter(',')
+      ->check(finite_range(0.01, 20));
   command->add_option("--oscillations", flags.oscillations, "sets instead of the preset's")
       ->delimiter(',')
       ->check(CLI::Range(0, 99));
