@@ -226,6 +226,7 @@ std::optional<ShardRecord> find_finished(const Preset& preset, const Manifest& m
   try {
     const Shard shard = read_shard(file);
     if (shard.width_px != frame.width_px || shard.height_px != frame.height_px) return std::nullopt;
+    if (shard.lights != preset.lights) return std::nullopt;
     return make_record(shard, frame, sha256(read_file(file)));
   } catch (const std::runtime_error&) {
     return std::nullopt;  // damaged since: traced again

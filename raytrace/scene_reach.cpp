@@ -50,10 +50,11 @@ struct Search {
   Eigen::Vector3d against_fall = {0, 0, 1};
   Eigen::Vector3d forward = {0, 1, 0};
   std::vector<Plane> sides = {};
-  double streak_reach_m = 0;  // no part of a streak is farther from the middle of its path
+  Eigen::Vector3d path_m = {0, 0, 0};  // of a drop during the exposure
+  double beyond_path_m = 0;            // no part of a streak is farther from its path
   Asks reached = {};
 
-  bool may_be_seen(const Cell& cell, double margin_m) const;
+  bool may_be_seen(const Cell& cell) const;
   void add_views(double low_deg, double high_deg, Asks& asks) const;
   void add_lights(const Eigen::Vector3d& direction, double spread_rad, Asks& asks) const;
   Asks asks_of(const Eigen::Vector3d& middle, double reach_m, double& spread_rad) const;
@@ -67,14 +68,17 @@ struct Search {
   void visit(const Cell& cell);
 };
 
-bool Search::may_be_seen(const Cell& cell, double margin_m) const {
+// The cell holds the middles of paths: an end is half a path away.
+bool Search::may_be_seen(const Cell& cell) const {
   const Eigen::Vector3d from_camera = cell.centre - scene.camera.position_m;
   const auto greatest = [&](const Eigen::Vector3d& normal) {
     return normal.dot(from_camera) + normal.cwiseAbs().dot(cell.half);
   };
   if (greatest(forward) < nearest_depth_m) return false;
-  return std::all_of(sides.begin(), sides.end(),
-                     [&](const Plane& side) { return greatest(side.normal) >= -margin_m; });
+  return std::all_of(sides.begin(), sides.end(), [&](const Plane& side) {
+    const double streak_m = std::abs(side.normal.dot(path_m)) / 2 + beyond_path_m;
+    return greatest(side.normal) >= -streak_m;
+  });
 }
 
 // Both neighbours of every elevation in between (atlas/atlas_lookup.h: choose_cells).
@@ -139,7 +143,7 @@ Asks Search::asks_of(const Eigen::Vector3d& middle, double reach_m, double& spre
 }
 
 void Search::visit(const Cell& cell) {
-  if (!may_be_seen(cell, streak_reach_m)) return;
+  if (!may_be_seen(cell)) return;
   const double reach_m = cell.half.norm();
   double spread_rad = 0;
   const Asks asks = asks_of(cell.centre, reach_m, spread_rad);
@@ -148,9 +152,9 @@ void Search::visit(const Cell& cell) {
     add(asks);
     return;
   }
-  // What the middle alone asks for spares the search much, and is asked for indeed.
+  // What the middle alone asks for spares the search much.
   double unused = 0;
-  if (may_be_seen({.centre = cell.centre}, 0)) add(asks_of(cell.centre, 0, unused));
+  if (may_be_seen({.centre = cell.centre})) add(asks_of(cell.centre, 0, unused));
   int longest = 0;
   cell.half.maxCoeff(&longest);
   Cell low = cell;
@@ -176,17 +180,17 @@ std::vector<Plane> sides_of(const Camera& camera, const CameraFrame& frame) {
   return sides;
 }
 
-// The ends of a path are half of it from its middle, and the box about both on the screen no
-// farther than the whole. The picture goes on beyond the ends by less than two widths, straight on
-// the screen: where the path comes toward the camera, from depth z to z + path, the nearer end's
-// scale exceeds the middle's by (r + 2 + 1 / r) / 4, r the ratio of both depths.
-double streak_reach(const Preset& preset, double path_m) {
+// A streak's picture is two widths or less beside and beyond its path, drawn straight on the
+// screen: where the path comes toward the camera, from depth z to z + path, the scale of a row
+// exceeds that at the middle by (r + 2 + 1 / r) / 4, r the ratio of both depths, and z is
+// nearest_depth_m at least.
+double beyond_path(const Preset& preset, double path_m) {
   double pixel_m = 0;
   for (const int diameter_um : diameters_of(preset)) {
     pixel_m = std::max(pixel_m, size_of(preset, diameter_um).pixel_m);
   }
   const double ratio = 1 + path_m / nearest_depth_m;
-  return (ratio + 2 + 1 / ratio) / 4 * (path_m + 4 * preset.width_px * pixel_m);
+  return (ratio + 2 + 1 / ratio) / 4 * 2 * preset.width_px * pixel_m;
 }
 
 }  // namespace
@@ -202,7 +206,8 @@ Reach scene_reach(const Preset& preset, const Scene& scene) {
   search.against_fall = -path.normalized();
   search.forward = camera.forward;
   search.sides = sides_of(scene.camera, camera);
-  search.streak_reach_m = streak_reach(preset, path.norm());
+  search.path_m = path;
+  search.beyond_path_m = beyond_path(preset, path.norm());
   const Rain& rain = scene.rain;
   search.visit({.centre = (rain.box_min_m + rain.box_max_m) / 2 + path / 2,
                 .half = (rain.box_max_m - rain.box_min_m) / 2});
