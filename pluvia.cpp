@@ -76,12 +76,14 @@ void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
 void choose_diameters(const std::vector<double>& diameters_mm, pluvia::Preset& preset) {
   const std::vector<int> known = pluvia::diameters_of(preset);
   std::vector<int> chosen;
+  std::string names;
+  for (const int um : known) names += (names.empty() ? "" : ", ") + fmt::format("{}", um / 1000.0);
   for (const double mm : diameters_mm) {
     const auto um = static_cast<int>(std::lround(1000 * mm));
     if (std::abs(um - 1000 * mm) > 1e-6 ||
         std::find(known.begin(), known.end(), um) == known.end()) {
       throw CLI::ValidationError("--diameters-mm",
-                                 fmt::format("{}; expected among the preset's", mm));
+                                 fmt::format("{}; expected among the preset's {}", mm, names));
     }
     chosen.push_back(um);
   }

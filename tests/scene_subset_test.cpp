@@ -167,6 +167,29 @@ TEST(SceneSubset, EveryLookupIsKeptWhereViewsFromBelowAreTheirOwn) {
   expect_every_lookup_kept(true);
 }
 
+TEST(SceneSubset, NarrowViewsKeepWhatTheirStreaksReach) {
+  // Half to one and a half degrees above the horizon, a lamp far to the left, right or ahead. A
+  // drop half a path (16 mm) below the picture shows its end there; seen from 1 m it is 0.4 degrees
+  // below the horizon, and asks for the view +20. Lights: one to three directions at a time.
+  for (const double lamp_x_m : {-300.0, -30.0, 0.0, 30.0, 300.0}) {
+    SCOPED_TRACE(lamp_x_m);
+    const Preset preset = full_preset(true);
+    Scene scene = small_scene(true);
+    scene.camera = {.position_m = {0, 0, 1.6},
+                    .target_m = {0, 1, 1.6 + std::tan(3.14159265 / 180)},
+                    .vertical_fov_deg = 1,
+                    .exposure_s = 0.004};
+    scene.lights = {{"far", {lamp_x_m, 60, 7}, {1, 1, 1}}};
+    scene.rain.drops_per_m3 = 40000;
+    scene.rain.box_min_m = {-0.2, 0.5, 1.4};
+    scene.rain.box_max_m = {0.2, 2, 1.8};
+    const SceneSubset subset = scene_subset(preset, scene, "scene.toml");
+    EXPECT_GT(expect_sufficient(preset, scene, subset.preset), 100);
+    EXPECT_THAT(subset.preset.view_elevations_deg, testing::ElementsAre(-20, 0, 20));
+    EXPECT_LE(subset.preset.lights.size(), 4u);
+  }
+}
+
 TEST(SceneSubset, WhatIsFarFromEveryLookupIsLeftOut) {
   // A level view of 10 degrees, lamps behind and at the side: no steep view, and few lights.
   const Preset preset = full_preset(false);

@@ -61,7 +61,9 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
   const CellRect single = cell_rect(atlas, view, 0, 0);
   const Eigen::Vector3d around = weight * environment;
-  add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
+  if (!around.isZero(0)) {  // a database for a scene without an environment has no picture of it
+    add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
+  }
   add_cell(layer.coverage.at(0), single, false, {0, 0, 0, weight}, picture);
   return picture;
 }
