@@ -25,9 +25,10 @@ struct Preset {
   double fall_speed_m_s = 0;  // gn2006; 0 in physical
   double cone_half_angle_deg = 0;
   std::vector<LightDirection> lights = gn2006_light_directions();  // fewer: a scene's subset
-  bool environment = true;  // write the part env; gn2006: always
-  int width_px = 0;         // a power of two, 4 .. 64
-  int slices = 0;           // gn2006, per replicate; 0 in physical
+  bool environment = true;      // write the part env; gn2006: always
+  int width_px = 0;             // a power of two, 4 .. 64
+  int slices = 0;               // gn2006, per replicate; 0 in physical
+  double spans_per_period = 0;  // of the fastest mode
   FieldOptions field = {};
   unsigned long long seed = 0;
   std::optional<PhysicalRain> physical = {};  // there when, and only when, name is "physical"

@@ -99,7 +99,7 @@ TEST(PhysicalDatabase, TheWholeDropIsInThePicture) {
   preset.oscillations = {0};
   preset.physical->diameters_um = {500};
   preset.field.base_cells = 16;
-  preset.field.silhouette_depth = 3;
+  preset.field.space_depth = 3;
   generate_database(preset, folder / "db");
   const Shard shard = read_shard(folder / "db/shards/d0500_osc00_v-80.exr");
   double sum = 0;

@@ -35,11 +35,11 @@ oscillations = [0, 3]
 
 [accuracy]
 slices = 3
+spans_per_period = 1
 base_cells = 4
-bend_depth = 0
-break_depth = 0
-silhouette_depth = 0
-bend_tolerance = 0.25
+space_depth = 0
+time_depth = 0
+bend_tolerance = 0.3
 )";
 
 inline constexpr const char* tiny_sets = R"([[set]]
@@ -81,11 +81,11 @@ oscillations = [0, 3]
 [accuracy]
 slices_per_row = 0.05
 slices_per_period = 3
+spans_per_period = 1
 base_cells = 4
-bend_depth = 0
-break_depth = 0
-silhouette_depth = 0
-bend_tolerance = 0.25
+space_depth = 0
+time_depth = 0
+bend_tolerance = 0.3
 )";
 
 inline constexpr const char* tiny_physical_sets = R"([[set]]
