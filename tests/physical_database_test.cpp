@@ -105,8 +105,8 @@ TEST(PhysicalDatabase, TheWholeDropIsInThePicture) {
   double sum = 0;
   for (const float value : shard.coverage.mean) sum += static_cast<double>(value);
   const double radius_px = 0.25e-3 / size_of(preset, 500).pixel_m;
-  // Where fine and coarse cells meet the lattice has cracks, up to 0.3 % (docs/generator.md). The
-  // outline is a polygon of some 90 sides (22 with 4 base cells: 1.4 % lost): 0.1 %.
+  // The outline, in cells of a 128th of the map, is straight or cubic: a polygon of some 90 sides
+  // would lose 0.1 %. Seams between fine and coarse cells: up to 0.3 % (docs/generator.md).
   EXPECT_NEAR(sum / (3.14159265 * radius_px * radius_px), 1, 0.007);
 }
 
