@@ -14,15 +14,12 @@
 namespace pluvia {
 namespace {
 
+constexpr const char* generate_again = "run `pluvia generate` again";
 constexpr int highest_size_px =
     1 << 20;  // beyond any picture; keeps products of two within 64 bits
 
 std::string manifest_file(const std::string& folder) {
   return (std::filesystem::path(folder) / "manifest.json").string();
-}
-
-auto order_of(const ShardKey& key) {
-  return std::tuple(key.diameter_um, key.oscillation, key.view_elevation_deg);
 }
 
 nlohmann::ordered_json json_of(const ShardRecord& record) {
@@ -85,11 +82,17 @@ Manifest manifest_at(const JsonPlace& document) {
   manifest.exposure_s = positive_at(member(document, "exposure_s"));
   manifest.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
   manifest.pixel_m = positive_at(member(document, "pixel_m"));
+  if (document.value->contains("planned")) {
+    for (const JsonPlace& place : elements(member(document, "planned"))) {
+      if (!manifest.planned.insert(text_at(place)).second) {
+        throw_at(place, text_at(place) + " again; expected each shard once");
+      }
+    }
+  }
   for (const JsonPlace& place : elements(member(document, "shards"))) {
     manifest.shards.push_back(record_at(place));
     const std::size_t count = manifest.shards.size();
-    if (count > 1 &&
-        order_of(manifest.shards[count - 2].key) >= order_of(manifest.shards.back().key)) {
+    if (count > 1 && !comes_before(manifest.shards[count - 2].key, manifest.shards.back().key)) {
       throw_at(place, shard_name(manifest.shards.back().key) + " after " +
                           shard_name(manifest.shards[count - 2].key) +
                           "; expected ascending diameter, oscillation, view, each once");
@@ -99,6 +102,13 @@ Manifest manifest_at(const JsonPlace& document) {
 }
 
 }  // namespace
+
+bool comes_before(const ShardKey& a, const ShardKey& b) {
+  const auto order = [](const ShardKey& key) {
+    return std::tuple(key.diameter_um, key.oscillation, key.view_elevation_deg);
+  };
+  return order(a) < order(b);
+}
 
 void write_manifest(const std::string& folder, const Manifest& manifest) {
   const std::string file = manifest_file(folder);
@@ -111,8 +121,9 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
       {"mean_radius_m", manifest.mean_radius_m},
       {"exposure_s", manifest.exposure_s},
       {"fall_speed_m_s", manifest.fall_speed_m_s},
-      {"pixel_m", manifest.pixel_m},
-      {"shards", nlohmann::ordered_json::array()}};
+      {"pixel_m", manifest.pixel_m}};
+  if (!manifest.planned.empty()) document["planned"] = manifest.planned;
+  document["shards"] = nlohmann::ordered_json::array();
   for (const ShardRecord& record : manifest.shards) document["shards"].push_back(json_of(record));
   const std::string text = document.dump(2) + "\n";
   // What cannot be read back must not be written: a NaN has turned into null here, for one.
@@ -127,11 +138,68 @@ Manifest read_manifest(const std::string& folder) {
   return manifest_at({.value = &document, .file = file});
 }
 
+std::optional<ManifestDifference> first_difference(const Manifest& found,
+                                                   const Manifest& expected) {
+  const auto theirs = nlohmann::json::parse(found.parameters);
+  const auto ours = nlohmann::json::parse(expected.parameters);
+  const auto text = [](const nlohmann::json& object, const std::string& key) {
+    return object.contains(key) ? object[key].dump() : "absent";
+  };
+  std::vector<ManifestDifference> pairs = {{"preset", found.preset, expected.preset}};
+  for (const auto& item : ours.items()) {
+    pairs.push_back({item.key(), text(theirs, item.key()), item.value().dump()});
+  }
+  for (const auto& item : theirs.items()) {
+    pairs.push_back({item.key(), item.value().dump(), text(ours, item.key())});
+  }
+  pairs.push_back({"seed", std::to_string(found.seed), std::to_string(expected.seed)});
+  pairs.push_back({"instruction_set", found.instruction_set, expected.instruction_set});
+  const auto add = [&](const char* name, double a, double b) {
+    pairs.push_back({name, fmt::to_string(a), fmt::to_string(b)});
+  };
+  add("mean_radius_m", found.mean_radius_m, expected.mean_radius_m);
+  add("exposure_s", found.exposure_s, expected.exposure_s);
+  add("fall_speed_m_s", found.fall_speed_m_s, expected.fall_speed_m_s);
+  add("pixel_m", found.pixel_m, expected.pixel_m);
+  for (const ManifestDifference& pair : pairs) {
+    if (pair.found != pair.expected) return pair;
+  }
+  return std::nullopt;
+}
+
 bool shard_is_whole(const std::string& folder, const ShardRecord& record) {
   const std::filesystem::path file = std::filesystem::path(folder) / record.file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return false;
   return sha256(read_file(file.string())) == record.sha256;
+}
+
+std::string whole_shard_bytes(const std::string& folder, const ShardRecord& record) {
+  const std::string file = (std::filesystem::path(folder) / record.file).string();
+  if (!std::filesystem::exists(file)) {
+    throw std::runtime_error(fmt::format(
+        "{}: missing; expected the shard that the manifest lists. {}", file, generate_again));
+  }
+  std::string bytes = read_file(file);
+  if (sha256(bytes) != record.sha256) {
+    throw std::runtime_error(fmt::format("{}: SHA-256 is not the manifest's; expected {}. {}", file,
+                                         record.sha256, generate_again));
+  }
+  return bytes;
+}
+
+Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
+  whole_shard_bytes(folder, record);
+  const std::string file = (std::filesystem::path(folder) / record.file).string();
+  Shard shard = read_shard(file);
+  if (shard.key != record.key || shard.width_px != record.width_px ||
+      shard.height_px != record.height_px) {
+    throw std::runtime_error(fmt::format("{}: {} of {} x {} pixels; expected {} of {} x {}", file,
+                                         shard_name(shard.key), shard.width_px, shard.height_px,
+                                         shard_name(record.key), record.width_px,
+                                         record.height_px));
+  }
+  return shard;
 }
 
 }  // namespace pluvia

@@ -99,27 +99,6 @@ void check_record(const StreakAtlas& atlas, const AtlasView& view, const Grid& g
       view.path_top_row, view.path_bottom_row));
 }
 
-Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
-  const std::string file = (std::filesystem::path(folder) / record.file).string();
-  if (!std::filesystem::exists(file)) {
-    throw std::runtime_error(fmt::format(
-        "{}: missing; expected the shard that the manifest lists. {}", file, generate_again));
-  }
-  if (!shard_is_whole(folder, record)) {
-    throw std::runtime_error(fmt::format("{}: SHA-256 is not the manifest's; expected {}. {}", file,
-                                         record.sha256, generate_again));
-  }
-  Shard shard = read_shard(file);
-  if (shard.key != record.key || shard.width_px != record.width_px ||
-      shard.height_px != record.height_px) {
-    throw std::runtime_error(fmt::format("{}: {} of {} x {} pixels; expected {} of {} x {}", file,
-                                         shard_name(shard.key), shard.width_px, shard.height_px,
-                                         shard_name(record.key), record.width_px,
-                                         record.height_px));
-  }
-  return shard;
-}
-
 // Lights and the presence of an environment are those of the first shard; the others must agree.
 void check_parts(StreakAtlas& atlas, bool has_env, const std::string& file, const Shard& shard) {
   if (atlas.lights.empty()) atlas.lights = shard.lights;
