@@ -77,25 +77,6 @@ Manifest open_database(const Preset& preset, const std::string& folder,
   return fresh;
 }
 
-ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha) {
-  ShardRecord record;
-  record.key = shard.key;
-  record.file = "shards/" + shard_name(shard.key) + ".exr";
-  record.sha256 = sha;
-  record.width_px = shard.width_px;
-  record.height_px = shard.height_px;
-  record.path_top_row = frame.path_top_row;
-  record.path_bottom_row = frame.path_top_row + frame.path_rows;
-  for (std::size_t k = 0; k < shard.lights.size(); ++k) {
-    record.images.push_back(light_name(shard.lights[k]));
-    record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
-  }
-  record.images.insert(record.images.end(), {"env", "coverage"});
-  record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
-  record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));
-  return record;
-}
-
 Shard trace_shard(const Preset& preset, const ShardKey& key,
                   const std::function<void(double)>& progress) {
   const StreakRequest request = shard_request(preset, key);
@@ -201,6 +182,25 @@ GenerateSummary generate_database(const Preset& preset, const std::string& folde
     report(1);
   }
   return summary;
+}
+
+ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha) {
+  ShardRecord record;
+  record.key = shard.key;
+  record.file = "shards/" + shard_name(shard.key) + ".exr";
+  record.sha256 = sha;
+  record.width_px = shard.width_px;
+  record.height_px = shard.height_px;
+  record.path_top_row = frame.path_top_row;
+  record.path_bottom_row = frame.path_top_row + frame.path_rows;
+  for (std::size_t k = 0; k < shard.lights.size(); ++k) {
+    record.images.push_back(light_name(shard.lights[k]));
+    record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
+  }
+  record.images.insert(record.images.end(), {"env", "coverage"});
+  record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
+  record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));
+  return record;
 }
 
 std::string instruction_set() {

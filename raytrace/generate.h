@@ -37,6 +37,9 @@ struct ShardShare {
 GenerateSummary generate_database(const Preset& preset, const std::string& folder,
                                   const Progress& progress = {}, const ShardShare& share = {});
 
+// What the manifest tells of a shard whose picture is `frame` and whose file hashes to `sha`.
+ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha);
+
 // "x86-64" and the flavour of the C library's sine, which decide the last bits.
 std::string instruction_set();
 
