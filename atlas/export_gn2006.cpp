@@ -136,21 +136,15 @@ GrayPicture quantised(const Picture& picture, double scale) {
 struct Target {
   std::string folder = {};
   Normalise normalise = Normalise::shared;
-  std::string shard_file = {};  // for messages
-  double level_scale = 1;       // of S to brightness
+  double level_scale = 1;  // of S to brightness
 };
 
 // Writes a picture in all sizes and returns its factor. The smaller ones are averages of the 16-bit
 // values, so that they follow from the largest alone, also after an import.
 template <typename Name>
-double write_sizes(const Target& target, const std::string& part, Picture picture, Name name) {
+double write_sizes(const Target& target, Picture picture, Name name) {
   for (double& value : picture.values) value *= target.level_scale;
-  const double brightest = maximum(picture);
-  if (!std::isfinite(brightest)) {
-    throw std::runtime_error(fmt::format("{}: part {}: brightness {}; expected a finite one",
-                                         target.shard_file, part, brightest));
-  }
-  const double factor = gn2006_told_factor(brightest);
+  const double factor = gn2006_told_factor(maximum(picture));
   const GrayPicture largest = quantised(picture, factor);
   for (const int size : gn2006_sizes_px) {
     const Picture small = averaged(largest.width, largest.height, largest.values, widest_px / size);
@@ -191,16 +185,15 @@ void export_shard(const std::string& database, const ShardRecord& record, const 
   const auto place = static_cast<std::size_t>(oscillation);
   const Target target = {.folder = folder,
                          .normalise = options.normalise,
-                         .shard_file = file,
                          .level_scale = level_scale(file, shard, options.level)};
-  factors.env[place] = write_sizes(target, "env", widest(shard, shard.env), [&](int size) {
+  factors.env[place] = write_sizes(target, widest(shard, shard.env), [&](int size) {
     return gn2006_env_picture(size, view, oscillation);
   });
   for (std::size_t i = 0; i < shard.lights.size(); ++i) {
     const LightDirection& light = shard.lights[i];
-    factors.point[i][place] =
-        write_sizes(target, light_name(light), widest(shard, shard.light[i]),
-                    [&](int size) { return gn2006_point_picture(size, view, light, oscillation); });
+    factors.point[i][place] = write_sizes(target, widest(shard, shard.light[i]), [&](int size) {
+      return gn2006_point_picture(size, view, light, oscillation);
+    });
   }
 }
 
