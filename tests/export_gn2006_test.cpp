@@ -35,18 +35,23 @@ class Export : public testing::Test {
     manifest = write_database(*shared / "db", layout_sample(), [](Shard& s) {
       if (s.key.oscillation == 3) std::fill(s.env.mean.begin(), s.env.mean.end(), 0.0f);
     });
-    summary = export_gn2006(*shared / "db", *shared / "layout");
+  }
+  // Made when the first test of a process asks for it.
+  static const std::string& layout() {
+    static const std::string made = [] {
+      summary = export_gn2006(*shared / "db", *shared / "layout");
+      return *shared / "layout";
+    }();
+    return made;
   }
   static void TearDownTestSuite() { shared.reset(); }
 
-  static GrayPicture read(const std::string& name, const std::string& layout = "layout") {
-    return read_gray_png(*shared / (layout + "/" + name));
-  }
+  static GrayPicture read(const std::string& name) { return read_gray_png(layout() + "/" + name); }
   static Shard shard(int oscillation, int view) {
     return read_shard(*shared / ("db/shards/" + shard_name({3200, oscillation, view}) + ".exr"));
   }
   static double env_factor(int oscillation, int view) {
-    const std::string file = *shared / ("layout/" + gn2006_env_factor_file());
+    const std::string file = layout() + "/" + gn2006_env_factor_file();
     for (const ViewFactors& factors : parse_gn2006_env_factors(file, read_file(file))) {
       if (factors.view_elevation_deg != view) continue;
       return factors.env[static_cast<std::size_t>(oscillation)];
@@ -91,6 +96,7 @@ Manifest Export::manifest;
 ExportSummary Export::summary;
 
 TEST_F(Export, LayoutHoldsExactlyTheFilesThatReadersOpen) {
+  const std::string root = layout();
   EXPECT_EQ(summary.pictures, 15000);
   EXPECT_EQ(summary.shards_left_out, 0);
   std::set<std::string> expected = {gn2006_env_factor_file()};
@@ -107,9 +113,9 @@ TEST_F(Export, LayoutHoldsExactlyTheFilesThatReadersOpen) {
   }
   EXPECT_EQ(expected.size(), 15006u);
   std::set<std::string> found;
-  for (const auto& entry : fs::recursive_directory_iterator(*shared / "layout")) {
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
     if (entry.is_regular_file()) {
-      found.insert(entry.path().lexically_relative(*shared / "layout").generic_string());
+      found.insert(entry.path().lexically_relative(root).generic_string());
     }
   }
   EXPECT_EQ(found, expected);
@@ -134,7 +140,7 @@ TEST_F(Export, ValueTimesFactorIsTheTransitsBrightnessToHalfAStep) {
 
 TEST_F(Export, PointPicturesGoWithTheirOwnFactors) {
   const Shard source = shard(9, 40);
-  const std::string file = *shared / ("layout/" + gn2006_point_factor_file(40));
+  const std::string file = layout() + "/" + gn2006_point_factor_file(40);
   const auto factors = parse_gn2006_point_factors(file, read_file(file));
   const auto& covered = source.coverage.mean;
   const double transit = *std::max_element(covered.begin(), covered.end());
