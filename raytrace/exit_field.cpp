@@ -25,6 +25,10 @@ constexpr double faint_throughput = 0.02;
 // Third difference of a smooth throughput, over its largest.
 constexpr double dim_tolerance = 0.3;
 
+// An error of the beam that meets the last interface grows by the index and by one over the cosine of
+// refraction when it leaves: it must be smaller by this share.
+constexpr double interface_share = 0.3;
+
 // Where the depth runs out, the polynomial through a cell's nodes is still the best guess while its
 // third differences are below this many tolerances; beyond, only the nodes are trusted.
 constexpr double trusted_bends = 10;
@@ -113,8 +117,12 @@ struct PathShape {
   Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
   double radius_rad = 0;               // largest angle of a node's direction from it
   double brightest = 0;                // throughput of a visible node
-  double bend = 0, time_bend = 0;      // largest third difference of directions
-  double dim = 0, time_dim = 0;        // .. of throughputs
+  // Largest third differences of the map, and of what meets the last interface.
+  struct Bends {
+    double space = 0, time = 0;          // of directions
+    double dim = 0, time_dim = 0;        // of throughputs, of powers
+  };
+  Bends map = {}, interface = {};
 };
 
 // 3 x the largest third difference along the lines of a cell with the given stride.
@@ -135,19 +143,34 @@ double third_difference(int times, int stride, Value value, Size size) {
 
 using CellExits = std::array<const PathExit*, cell_side * cell_side * cell_side>;
 
-void add_bends(const CellExits& exits, int times, PathShape& shape) {
-  const auto direction = [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; };
-  const auto throughput = [&](std::size_t n) { return exits[n]->throughput; };
-  const auto length = [](const Eigen::Vector3d& d) { return d.norm(); };
-  const auto magnitude = [](double d) { return std::abs(d); };
+template <typename Direction, typename Power>
+PathShape::Bends bends_of(int times, Direction direction, Power power) {
+  const auto length = [](const auto& d) { return d.norm(); };
+  PathShape::Bends bends;
   for (const int stride : {1, cell_side}) {
-    shape.bend = std::max(shape.bend, third_difference(times, stride, direction, length));
-    shape.dim = std::max(shape.dim, third_difference(times, stride, throughput, magnitude));
+    bends.space = std::max(bends.space, third_difference(times, stride, direction, length));
+    bends.dim = std::max(bends.dim, third_difference(times, stride, power, length));
   }
-  if (times == 1) return;
+  if (times == 1) return bends;
   constexpr int stride = cell_side * cell_side;
-  shape.time_bend = third_difference(times, stride, direction, length);
-  shape.time_dim = third_difference(times, stride, throughput, magnitude);
+  bends.time = third_difference(times, stride, direction, length);
+  bends.time_dim = third_difference(times, stride, power, length);
+  return bends;
+}
+
+void add_bends(const CellExits& exits, int times, PathShape& shape) {
+  using Eigen::Vector2d, Eigen::Matrix;
+  shape.map = bends_of(
+      times, [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; },
+      [&](std::size_t n) -> Vector2d { return {exits[n]->throughput, 0}; });
+  shape.interface = bends_of(
+      times,
+      [&](std::size_t n) {
+        Matrix<double, 6, 1> both;
+        both << exits[n]->incident, exits[n]->normal;
+        return both;
+      },
+      [&](std::size_t n) -> Vector2d { return {exits[n]->power_s, exits[n]->power_p}; });
 }
 
 PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature) {
@@ -208,7 +231,7 @@ struct Refiner {
   bool near_a_light(const PathShape& shape, const OpenCell& cell) const {
     const bool whole = shape.known == node_count();
     const double slack =
-        whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.bend, shape.time_bend)
+        whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.map.space, shape.map.time)
               : shape.radius_rad + 3 * cell.step * lattice.step_rad();
     return light_within(shape.centre, shape.radius_rad + slack + lights.half_angle_rad);
   }
@@ -216,33 +239,39 @@ struct Refiner {
   // Third differences over what is tolerated; 1 or less is smooth.
   struct Roughness {
     double space = 0, time = 0;
+    double worst() const { return std::max(space, time); }
   };
 
-  Roughness roughness(const PathShape& shape) const {
-    const double bend = options.bend_tolerance * lights.half_angle_rad *
+  Roughness roughness(const PathShape& shape, const PathShape::Bends& bends, double share) const {
+    const double bend = share * options.bend_tolerance * lights.half_angle_rad *
                         std::max(1.0, faint_throughput / shape.brightest);
-    const double dim = dim_tolerance * std::max(shape.brightest, faint_throughput);
-    return {std::max(shape.bend / bend, shape.dim / dim),
-            std::max(shape.time_bend / bend, shape.time_dim / dim)};
+    const double dim = share * dim_tolerance * std::max(shape.brightest, faint_throughput);
+    return {std::max(bends.space / bend, bends.dim / dim),
+            std::max(bends.time / bend, bends.time_dim / dim)};
   }
 
-  // Halvings that a path asks for and that are left.
-  Halving wanted(const PathShape& shape, const OpenCell& cell) const {
+  struct Verdict {
+    PatchKind kind = PatchKind::loose;
+    Halving wanted = {};  // of what is left
+  };
+
+  Verdict judge(const PathShape& shape, const OpenCell& cell) const {
     const Halving left = {cell.step > 1, field.times > 1 && cell.time_step > 1};
-    if (shape.known == node_count()) {
-      const Roughness rough = roughness(shape);
-      return {rough.space > 1 && left.space, rough.time > 1 && left.time};
+    if (shape.known < node_count()) {
+      const double halvings = std::log2(faint_throughput / shape.brightest);
+      if (halvings <= 0) return {PatchKind::loose, left};
+      const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
+      return {PatchKind::loose, {cell.step > most, left.time && cell.time_step > most}};
     }
-    const double halvings = std::log2(faint_throughput / shape.brightest);
-    if (halvings <= 0) return left;
-    const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
-    return {cell.step > most, left.time && cell.time_step > most};
-  }
-
-  bool is_smooth(const PathShape& shape) const {
-    if (shape.known < node_count()) return false;
-    const Roughness rough = roughness(shape);
-    return std::max(rough.space, rough.time) < trusted_bends;
+    const Roughness map = roughness(shape, shape.map, 1);
+    const Roughness end = roughness(shape, shape.interface, interface_share);
+    Verdict verdict;
+    const Roughness& better = map.worst() <= std::max(1.0, end.worst()) ? map : end;
+    verdict.wanted = {better.space > 1 && left.space, better.time > 1 && left.time};
+    if (better.worst() < trusted_bends) {
+      verdict.kind = &better == &map ? PatchKind::smooth : PatchKind::edge;
+    }
+    return verdict;
   }
 
   FieldCell gather(const OpenCell& open) {
@@ -309,11 +338,11 @@ struct Refiner {
       const PathShape shape = path_shape(field, cell, signature);
       bool done = true;
       if (!shape.dark && near_a_light(shape, open)) {
-        const Halving want = wanted(shape, open);
-        done = !want.any();
-        halving.space = halving.space || want.space;
-        halving.time = halving.time || want.time;
-        if (done) field.patches.push_back({index, signature, is_smooth(shape)});
+        const Verdict verdict = judge(shape, open);
+        done = !verdict.wanted.any();
+        halving.space = halving.space || verdict.wanted.space;
+        halving.time = halving.time || verdict.wanted.time;
+        if (done) field.patches.push_back({index, signature, verdict.kind});
       }
       if (done) open.done.push_back(signature);
     }
@@ -344,6 +373,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
                 const FieldOptions& options) {
   ExitField field;
   field.times = drops.size() > 1 ? cell_side : 1;
+  field.refractive_index = options.paths.refractive_index;
   Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
   // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
   // from the view axis nothing faces the camera.
