@@ -5,7 +5,8 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "raytrace/drop_intersect.h"
+#include "raytrace/wide_intersect.h"
+#include "raytrace/wide_paths.h"
 
 namespace pluvia {
 
@@ -49,6 +50,11 @@ struct OpenCell {
   std::vector<std::uint64_t> done = {};     // signatures that coarser cells have settled
 };
 
+struct AskedNode {
+  std::uint32_t number = 0;
+  Eigen::Vector3d direction = {0, 0, 0};
+};
+
 // The square map, the drop at the lattice's times, and the nodes traced so far.
 struct Lattice {
   const View& view;
@@ -58,55 +64,81 @@ struct Lattice {
   int side = 0;                         // steps per side
   double reach = 0;                     // the map covers [-reach, reach]^2
   Eigen::Vector3d e1 = {}, e2 = {};
-  std::unordered_map<std::uint64_t, std::uint32_t> index = {};
+  std::unordered_map<std::uint64_t, std::uint32_t> index = {};  // of nodes, by their place
+  std::vector<std::vector<AskedNode>> asked = {};               // by time
 
   double step_rad() const { return 2 * reach / side; }
 
-  std::uint32_t node(const Place& place) {
-    const auto [slot, is_new] =
-        index.try_emplace(place.key(), static_cast<std::uint32_t>(field.nodes.size()));
-    if (is_new) field.nodes.push_back(trace(place));
-    return slot->second;
+  // Asks for a node: one that is new is traced by the next trace_asked().
+  void ask(const Place& place) {
+    const auto number = static_cast<std::uint32_t>(index.size());
+    const auto [slot, is_new] = index.try_emplace(place.key(), number);
+    if (is_new) asked[static_cast<std::size_t>(place.k)].push_back({slot->second, direction(place)});
   }
 
-  FieldNode trace(const Place& place) {
-    const DropInstant& drop = drops[static_cast<std::size_t>(place.k)];
+  std::uint32_t node(const Place& place) const { return index.at(place.key()); }
+
+  // Of a place from the star centre; zero beyond the map's edge.
+  Eigen::Vector3d direction(const Place& place) const {
     const double shift = options.shift * 2 * reach / options.base_cells;
     const double x = -reach + step_rad() * place.i + shift;
     const double y = -reach + step_rad() * place.j + shift;
     const double r = std::hypot(x, y);
-    FieldNode node;
-    if (r >= pi) return node;
+    if (r >= pi) return {0, 0, 0};
     const double sinc = r > 1e-9 ? std::sin(r) / r : 1;
-    const Eigen::Vector3d u = std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
-    const Eigen::Vector3d normal = surface_normal(drop, u);
-    node.facing = normal.dot(view.to_camera);
-    if (node.facing < least_facing) return node;
-    const Eigen::Vector3d position = drop.origin_m + surface_radius_m(drop, u) * u;
-    if (node.facing > 0 && drop_occludes(drop, position, view.to_camera)) return node;
-    node.known = true;
-    node.xy_m = {position.dot(view.right), position.dot(view.up)};
-    trace_paths(drop, position, normal, node);
-    return node;
+    return std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
   }
 
-  void trace_paths(const DropInstant& drop, const Eigen::Vector3d& position,
-                   const Eigen::Vector3d& normal, FieldNode& node) {
-    node.first_exit = static_cast<std::uint32_t>(field.exits.size());
-    const PathRemainder left =
-        trace_exits(drop, position, normal, view.to_camera, options.paths, field.exits);
-    node.exit_count = static_cast<std::uint32_t>(field.exits.size()) - node.first_exit;
-    if (node.facing <= 0) {
-      node.throughput = 1;  // at the outline all light is reflected
-      return;
+  void trace_asked() {
+    field.nodes.resize(index.size());
+    for (std::size_t k = 0; k < asked.size(); ++k) trace(drops[k], asked[k]);
+    for (auto& list : asked) list.clear();
+  }
+
+  void trace(const DropInstant& drop, const std::vector<AskedNode>& list) {
+    std::vector<Eigen::Vector3d> directions;
+    std::vector<std::uint32_t> numbers;
+    for (const AskedNode& node : list) {
+      if (node.direction.isZero()) continue;
+      directions.push_back(node.direction);
+      numbers.push_back(node.number);
     }
-    for (std::uint32_t e = 0; e < node.exit_count; ++e) {
-      node.throughput += field.exits[node.first_exit + e].throughput;
+    const auto points = surface_points_of(drop, directions, view.to_camera, options.isa);
+    std::vector<CameraHit> hits;
+    std::size_t known = 0;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      const SurfacePoint& point = points[n];
+      FieldNode& node = field.nodes[numbers[n]];
+      node.facing = point.normal.dot(view.to_camera);
+      if (node.facing < least_facing || (node.facing > 0 && point.hidden)) continue;
+      node.known = true;
+      node.xy_m = {point.position_m.dot(view.right), point.position_m.dot(view.up)};
+      hits.push_back({point.position_m, point.normal});
+      numbers[known++] = numbers[n];
     }
-    field.remainder.beyond_order += left.beyond_order;
-    field.remainder.given_up += left.given_up;
-    field.remainder.lost += left.lost;
-    ++field.traced_nodes;
+    numbers.resize(known);
+    take(trace_exits_of(drop, hits, view.to_camera, options.paths, options.isa), numbers);
+  }
+
+  void take(const HitExits& traced, const std::vector<std::uint32_t>& numbers) {
+    const auto before = static_cast<std::uint32_t>(field.exits.size());
+    field.exits.insert(field.exits.end(), traced.exits.begin(), traced.exits.end());
+    for (std::size_t n = 0; n < numbers.size(); ++n) {
+      FieldNode& node = field.nodes[numbers[n]];
+      node.first_exit = before + traced.first_exit[n];
+      node.exit_count = traced.first_exit[n + 1] - traced.first_exit[n];
+      if (node.facing <= 0) {
+        node.throughput = 1;  // at the outline all light is reflected
+        continue;
+      }
+      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
+        node.throughput += field.exits[node.first_exit + e].throughput;
+      }
+      ++field.traced_nodes;
+    }
+    field.remainder.beyond_order += traced.remainder.beyond_order;
+    field.remainder.given_up += traced.remainder.given_up;
+    field.remainder.lost += traced.remainder.lost;
   }
 };
 
@@ -274,18 +306,22 @@ struct Refiner {
     return verdict;
   }
 
-  FieldCell gather(const OpenCell& open) {
-    FieldCell cell;
-    std::size_t n = 0;
+  template <typename Take>  // take(place) for each node of a cell, in the order of its list
+  void for_nodes(const OpenCell& open, Take take) const {
     for (int k = 0; k < field.times; ++k) {
       for (int j = 0; j < cell_side; ++j) {
         for (int i = 0; i < cell_side; ++i) {
-          cell.nodes[n++] = lattice.node({open.origin.i + i * open.step,
-                                          open.origin.j + j * open.step,
-                                          open.origin.k + k * open.time_step});
+          take(Place{open.origin.i + i * open.step, open.origin.j + j * open.step,
+                     open.origin.k + k * open.time_step});
         }
       }
     }
+  }
+
+  FieldCell gather(const OpenCell& open) const {
+    FieldCell cell;
+    std::size_t n = 0;
+    for_nodes(open, [&](const Place& place) { cell.nodes[n++] = lattice.node(place); });
     const double times = static_cast<double>(lattice.drops.size() - 1);
     if (field.times > 1) {
       cell.first = open.origin.k / times;
@@ -375,6 +411,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
   Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
+  lattice.asked.resize(lattice.drops.size());
   // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
   // from the view axis nothing faces the camera.
   double slope = 0, bound = 0;
@@ -405,6 +442,10 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   while (!refiner.next.empty()) {
     const std::vector<OpenCell> now = std::move(refiner.next);
     refiner.next.clear();
+    for (const OpenCell& cell : now) {
+      refiner.for_nodes(cell, [&](const Place& place) { lattice.ask(place); });
+    }
+    lattice.trace_asked();
     for (const OpenCell& cell : now) refiner.settle(cell);
   }
   return field;

@@ -21,6 +21,7 @@
 #include <Eigen/Core>
 
 #include "raytrace/exit_paths.h"
+#include "raytrace/isa.h"
 
 namespace pluvia {
 
@@ -51,6 +52,7 @@ struct FieldOptions {
   // angle: what the cubic itself leaves out is smaller still by the ratio of fourth to third
   // differences.
   double bend_tolerance = 0.3;
+  Isa isa = best_isa();  // that the paths are traced with
   // Of the map about the view axis, and its shift in cells: dithering them from span to span turns
   // grid error into noise that averages out.
   double rotation_rad = 0;

@@ -33,6 +33,7 @@ HWY_INLINE BeamLanes unpolarised_lanes(const Lanes3& direction) {
 }
 
 struct SplitLanes {
+  Lanes power_s, power_p;  // of the incident beam
   BeamLanes reflected, refracted;
   LaneMask total;  // total reflection: the refracted direction is along the surface, its light 0
 };
@@ -97,6 +98,8 @@ HWY_INLINE SplitLanes split_lanes(const BeamLanes& beam, const Lanes3& normal, d
   const Lanes c = ratio * ci;
   const Lanes ct2 = hn::MulAdd(c, c, all((1 - index_ratio) * (1 + index_ratio)));
   SplitLanes out;
+  out.power_s = light.s;
+  out.power_p = light.p;
   out.total = ct2 <= zero;
   const Lanes ct = hn::Sqrt(hn::Abs(ct2));
   const Lanes over_s = one / (c + ct), over_p = one / hn::MulAdd(ratio, ct, ci);

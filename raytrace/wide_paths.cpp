@@ -57,6 +57,11 @@ void gather(const WideBlock& block, HitExits& result) {
     exit.order = static_cast<int>((queue.word[k] & ~beyond_outline) >> order_shift);
     exit.direction = {queue.value[0][k], queue.value[1][k], queue.value[2][k]};
     exit.throughput = queue.value[3][k];
+    exit.incident = {queue.value[4][k], queue.value[5][k], queue.value[6][k]};
+    exit.normal = {queue.value[7][k], queue.value[8][k], queue.value[9][k]};
+    exit.power_s = queue.value[10][k];
+    exit.power_p = queue.value[11][k];
+    exit.refracted = queue.value[12][k] != 0;
   }
   for (const PathRemainder& left : block.remainder) add(result.remainder, left);
 }

@@ -35,14 +35,18 @@ struct LaneQueue {
 };
 
 // Position (over the drop's scale, from the star centre), direction, axis of polarisation, light.
-using WalkerQueue = LaneQueue<13>;
-// Direction, throughput.
-using ExitQueue = LaneQueue<4>;
+constexpr std::size_t walker_components = 13;
+// The last interface: incident direction, normal, powers s and p, 1 where it was refracted there.
+constexpr std::size_t last_components = 9;
+using InsideQueue = LaneQueue<walker_components>;
+using OutsideQueue = LaneQueue<walker_components + last_components>;
+// Direction, throughput, the last interface.
+using ExitQueue = LaneQueue<4 + last_components>;
 
 // One block of hits on its way through the waves; kept between blocks for its memory.
 struct WideBlock {
-  WalkerQueue inside = {}, outside = {};            // this wave's
-  WalkerQueue next_inside = {}, next_outside = {};  // the next one's
+  InsideQueue inside = {}, next_inside = {};     // this wave's and the next one's
+  OutsideQueue outside = {}, next_outside = {};  // likewise
   ExitQueue exits = {};
   std::vector<PathRemainder> remainder = {};  // of each hit
 };

@@ -34,13 +34,21 @@ struct WalkerLanes {
   Words signature, word;
 };
 
-HWY_INLINE Lanes3 load3(const WalkerQueue& q, std::size_t component, std::size_t i) {
+// The interface that walkers outside have left.
+struct LastLanes {
+  Lanes3 incident, normal;
+  Lanes power_s, power_p, refracted;
+};
+
+template <typename Queue>
+HWY_INLINE Lanes3 load3(const Queue& q, std::size_t component, std::size_t i) {
   return {hn::LoadU(Tag(), q.value[component].data() + i),
           hn::LoadU(Tag(), q.value[component + 1].data() + i),
           hn::LoadU(Tag(), q.value[component + 2].data() + i)};
 }
 
-HWY_INLINE WalkerLanes load_walkers(const WalkerQueue& q, std::size_t i) {
+template <typename Queue>
+HWY_INLINE WalkerLanes load_walkers(const Queue& q, std::size_t i) {
   const Lanes3 powers = load3(q, 9, i);
   return {load3(q, 0, i),
           {load3(q, 3, i),
@@ -48,6 +56,12 @@ HWY_INLINE WalkerLanes load_walkers(const WalkerQueue& q, std::size_t i) {
            {powers.x, powers.y, powers.z, hn::LoadU(Tag(), q.value[12].data() + i)}},
           hn::LoadU(WordTag(), q.signature.data() + i),
           hn::LoadU(WordTag(), q.word.data() + i)};
+}
+
+HWY_INLINE LastLanes load_last(const OutsideQueue& q, std::size_t i) {
+  const Lanes3 powers = load3(q, walker_components + 6, i);
+  return {load3(q, walker_components, i), load3(q, walker_components + 3, i), powers.x, powers.y,
+          powers.z};
 }
 
 // Entry `bits`: the places of its set bits, ascending.
@@ -85,18 +99,39 @@ HWY_INLINE void append(LaneQueue<Count>& q, LaneMask mask, const Lanes (&value)[
   q.count += hn::CountTrue(Tag(), mask);
 }
 
-HWY_INLINE void append_walkers(WalkerQueue& q, LaneMask mask, const WalkerLanes& w) {
-  const Lanes value[13] = {
+HWY_INLINE void append_inside(InsideQueue& q, LaneMask mask, const WalkerLanes& w) {
+  const Lanes value[walker_components] = {
       w.position.x,       w.position.y,    w.position.z,   w.beam.direction.x, w.beam.direction.y,
       w.beam.direction.z, w.beam.axis.x,   w.beam.axis.y,  w.beam.axis.z,      w.beam.light.s,
       w.beam.light.p,     w.beam.light.re, w.beam.light.im};
   append(q, mask, value, w.signature, w.word);
 }
 
-HWY_INLINE void append_exits(ExitQueue& q, LaneMask mask, const WalkerLanes& w, Lanes throughput) {
-  const Lanes3& d = w.beam.direction;
-  const Lanes value[4] = {d.x, d.y, d.z, throughput};
+HWY_INLINE void append_outside(OutsideQueue& q, LaneMask mask, const WalkerLanes& w,
+                               const LastLanes& last) {
+  const Lanes value[walker_components + last_components] = {
+      w.position.x,       w.position.y,     w.position.z,    w.beam.direction.x,
+      w.beam.direction.y, w.beam.direction.z, w.beam.axis.x, w.beam.axis.y,
+      w.beam.axis.z,      w.beam.light.s,   w.beam.light.p,  w.beam.light.re,
+      w.beam.light.im,    last.incident.x,  last.incident.y, last.incident.z,
+      last.normal.x,      last.normal.y,    last.normal.z,   last.power_s,
+      last.power_p,       last.refracted};
   append(q, mask, value, w.signature, w.word);
+}
+
+HWY_INLINE void append_exits(ExitQueue& q, LaneMask mask, const WalkerLanes& w, Lanes throughput,
+                             const LastLanes& last) {
+  const Lanes3& d = w.beam.direction;
+  const Lanes value[4 + last_components] = {
+      d.x,           d.y,           d.z,           throughput,   last.incident.x,
+      last.incident.y, last.incident.z, last.normal.x, last.normal.y, last.normal.z,
+      last.power_s,  last.power_p,  last.refracted};
+  append(q, mask, value, w.signature, w.word);
+}
+
+HWY_INLINE LastLanes last_interface(const WalkerLanes& walker, const Lanes3& normal,
+                                    const SplitLanes& split, double refracted) {
+  return {walker.beam.direction, normal, split.power_s, split.power_p, all(refracted)};
 }
 
 // The walkers after a split, on their way with one of the two beams.
@@ -106,6 +141,17 @@ HWY_INLINE WalkerLanes child(const WalkerLanes& parent, const Lanes3& position,
   const Words signature = parent.signature * all_words(0x9E3779B97F4A7C15u) +
                           all_words(transmitted ? 0xD1B54A32D192ED03u : 1u);
   return {position, beam, signature, parent.word};
+}
+
+// Light of hits beyond the outline counts negative.
+HWY_INLINE Lanes signed_lanes(Lanes light, Words word) {
+  return hn::Or(light, hn::BitCast(Tag(), hn::And(word, all_words(beyond_outline))));
+}
+
+HWY_INLINE LastLanes signed_powers(LastLanes last, Words word) {
+  last.power_s = signed_lanes(last.power_s, word);
+  last.power_p = signed_lanes(last.power_p, word);
+  return last;
 }
 
 struct Waves {
@@ -127,7 +173,8 @@ struct Waves {
   }
 
   // Takes the children of a split into the next wave, as far as the options allow.
-  void push(LaneMask in, WalkerLanes inward, LaneMask out, const WalkerLanes& outward) {
+  void push(LaneMask in, WalkerLanes inward, LaneMask out, const WalkerLanes& outward,
+            const LastLanes& last) {
     inward.word = inward.word + all_words(one_order);
     const Words order =
         hn::ShiftRight<order_shift>(hn::AndNot(all_words(beyond_outline), inward.word));
@@ -141,8 +188,8 @@ struct Waves {
     take_down(hn::IfThenElseZero(beyond, share_in), inward.word, &PathRemainder::beyond_order);
     take_down(hn::IfThenElseZero(weak_in, share_in) + hn::IfThenElseZero(weak_out, share_out),
               inward.word, &PathRemainder::given_up);
-    append_walkers(block.next_inside, hn::AndNot(weak_in, in), inward);
-    append_walkers(block.next_outside, hn::AndNot(weak_out, out), outward);
+    append_inside(block.next_inside, hn::AndNot(weak_in, in), inward);
+    append_outside(block.next_outside, hn::AndNot(weak_out, out), outward, last);
   }
 
   // Splits the walkers of `mask` at an interface.
@@ -160,15 +207,17 @@ struct Waves {
     const LaneMask partly = hn::AndNot(split.total, mask);
     const WalkerLanes reflected = child(walker, at.position, split.reflected, false);
     const WalkerLanes refracted = child(walker, at.position, split.refracted, true);
+    const LastLanes last = last_interface(walker, normal, split, outside ? 0 : 1);
     if (outside) {
-      push(partly, refracted, mask, reflected);
+      push(partly, refracted, mask, reflected, last);
     } else {
-      append_exits(block.exits, hn::And(mask, split.total), refracted, hn::Zero(Tag()));
-      push(mask, reflected, partly, refracted);
+      append_exits(block.exits, hn::And(mask, split.total), refracted, hn::Zero(Tag()),
+                   signed_powers(last, walker.word));
+      push(mask, reflected, partly, refracted, last);
     }
   }
 
-  void advance_inside(const WalkerQueue& walkers) {
+  void advance_inside(const InsideQueue& walkers) {
     for (std::size_t i = 0; i < walkers.count; i += lane_count) {
       const WalkerLanes w = load_walkers(walkers, i);
       const LaneMask here = hn::FirstN(Tag(), walkers.count - i);
@@ -180,15 +229,17 @@ struct Waves {
     }
   }
 
-  void advance_outside(const WalkerQueue& walkers) {
+  void advance_outside(const OutsideQueue& walkers) {
     for (std::size_t i = 0; i < walkers.count; i += lane_count) {
       const WalkerLanes w = load_walkers(walkers, i);
       const LaneMask here = hn::FirstN(Tag(), walkers.count - i);
       const RayLanes ray = ray_lanes(w.position, w.beam.direction);
       const RootLanes root = first_root_lanes<RaySide::outside>(drop, ray, here);
-      const Words sign = hn::And(w.word, all_words(beyond_outline));
-      const Lanes signed_power = hn::Or(power_lanes(w.beam.light), hn::BitCast(Tag(), sign));
-      append_exits(block.exits, here, w, hn::IfThenElse(root.found, hn::Zero(Tag()), signed_power));
+      LastLanes last = signed_powers(load_last(walkers, i), w.word);
+      last.power_s = hn::IfThenZeroElse(root.found, last.power_s);
+      last.power_p = hn::IfThenZeroElse(root.found, last.power_p);
+      const Lanes light = signed_lanes(power_lanes(w.beam.light), w.word);
+      append_exits(block.exits, here, w, hn::IfThenZeroElse(root.found, light), last);
       if (hn::AllFalse(Tag(), root.found)) continue;
       meet<RaySide::outside>(w, root.found, meeting_lanes(root.point));
     }
@@ -203,8 +254,9 @@ struct Waves {
     const SplitLanes split = split_lanes(w.beam, at.normal, 1 / options.refractive_index);
     const WalkerLanes reflected = child(w, at.position, split.reflected, false);
     const WalkerLanes refracted = child(w, at.position, split.refracted, true);
-    append_exits(block.exits, beyond, reflected, power_lanes(split.reflected.light));
-    push(hn::AndNot(split.total, here), refracted, seen, reflected);
+    const LastLanes last = last_interface(w, at.normal, split, 0);
+    append_exits(block.exits, beyond, reflected, power_lanes(split.reflected.light), last);
+    push(hn::AndNot(split.total, here), refracted, seen, reflected, last);
   }
 
   void start_all(const WideScene& scene, std::span<const CameraHit> hits) {

@@ -60,8 +60,13 @@ double difference(const ExitsByPath& a, const ExitsByPath& b) {
     if (other == b.end() || other->second.order != exit.order) return unlike;
     const double throughput = other->second.throughput;
     if ((throughput == 0) != (exit.throughput == 0)) return unlike;
+    if (other->second.refracted != exit.refracted) return unlike;
     largest = std::max({largest, (other->second.direction - exit.direction).norm(),
-                        std::abs(throughput - exit.throughput)});
+                        std::abs(throughput - exit.throughput),
+                        (other->second.incident - exit.incident).norm(),
+                        (other->second.normal - exit.normal).norm(),
+                        std::abs(other->second.power_s - exit.power_s),
+                        std::abs(other->second.power_p - exit.power_p)});
   }
   return largest;
 }
