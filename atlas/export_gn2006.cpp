@@ -15,6 +15,7 @@
 #include "atlas/atomic_file.h"
 #include "atlas/atomic_folder.h"
 #include "atlas/gray_png.h"
+#include "atlas/streak_atlas.h"
 
 namespace pluvia {
 namespace {
@@ -24,18 +25,17 @@ constexpr double white = 65535;
 
 using Records = std::vector<const ShardRecord*>;
 
-int diameter_of(const std::string& file, const Manifest& manifest,
-                const std::optional<int>& wanted_um) {
+int diameter_of(const std::string& file, const Manifest& manifest, int wanted_um) {
   std::set<int> diameters;
   for (const ShardRecord& record : manifest.shards) diameters.insert(record.key.diameter_um);
-  if (wanted_um && diameters.contains(*wanted_um)) return *wanted_um;
+  if (diameters.contains(wanted_um)) return wanted_um;
   const std::string known = fmt::format("{}", fmt::join(diameters, ", "));
-  if (wanted_um) {
+  if (wanted_um != 0) {
     throw std::runtime_error(
-        fmt::format("{}: no drops of {} um; expected one of {}", file, *wanted_um, known));
+        fmt::format("{}: no drops of {} um; expected one of {}", file, wanted_um, known));
   }
   if (diameters.size() == 1) return *diameters.begin();
-  throw std::runtime_error(fmt::format("{}: drops of {} um; expected one diameter (--diameter-um)",
+  throw std::runtime_error(fmt::format("{}: drops of {} um; expected one diameter (--diameter-mm)",
                                        file, diameters.empty() ? "no" : known));
 }
 
@@ -178,9 +178,10 @@ void check_parts(const std::string& file, const Shard& shard) {
 // The factors go into the oscillation's place.
 void export_shard(const std::string& database, const ShardRecord& record, const std::string& folder,
                   const ExportOptions& options, ViewFactors& factors) {
-  const Shard shard = read_whole_shard(database, record);
+  Shard shard = read_whole_shard(database, record);
   const std::string file = (std::filesystem::path(database) / record.file).string();
   check_parts(file, shard);
+  keep_one_band(file, options.band, shard);
   const int view = record.key.view_elevation_deg, oscillation = record.key.oscillation;
   const auto place = static_cast<std::size_t>(oscillation);
   const Target target = {.folder = folder,

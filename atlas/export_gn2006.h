@@ -1,7 +1,6 @@
 // A database written in the layout of 2006 (atlas/gn2006_layout.h).
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "atlas/gn2006_layout.h"
@@ -11,14 +10,15 @@ namespace pluvia {
 enum class Normalise {
   shared,  // the smaller pictures are divided by the factor of the 32 px wide one: value x factor
            // is brightness in all sizes
-  each  // every picture has a maximum of 65535, as the files of 2006; the texts tell the factors
-        // of the 32 px wide ones
+  each     // every picture has a maximum of 65535, as the files of 2006; the texts tell the factors
+           // of the 32 px wide ones
 };
 
 struct ExportOptions {
   StreakLevel level = StreakLevel::transit;
   Normalise normalise = Normalise::shared;
-  std::optional<int> diameter_um = {};  // needed where the database holds several
+  int diameter_um = 0;    // 0: the only one
+  std::string band = {};  // a name; empty: the only one, or luminance (atlas/streak_atlas.h)
 };
 
 struct ExportSummary {

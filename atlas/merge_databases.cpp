@@ -62,6 +62,17 @@ void add_record(Merged& merged, const std::string& folder, const ShardRecord& re
   whole_shard_bytes(folder, record);  // a damaged copy is refused, though the other one is taken
 }
 
+void add_sizes(Manifest& merged, const Manifest& manifest) {
+  for (const SizeRecord& size : manifest.sizes) {
+    const auto at = std::lower_bound(
+        merged.sizes.begin(), merged.sizes.end(), size,
+        [](const SizeRecord& a, const SizeRecord& b) { return a.diameter_um < b.diameter_um; });
+    if (at == merged.sizes.end() || at->diameter_um != size.diameter_um) {
+      merged.sizes.insert(at, size);
+    }
+  }
+}
+
 Merged merged_books(const std::vector<std::string>& folders) {
   if (folders.empty()) throw std::runtime_error("no databases; expected at least one folder");
   Merged merged = {.manifest = read_manifest(folders.front())};
@@ -69,6 +80,7 @@ Merged merged_books(const std::vector<std::string>& folders) {
   for (const std::string& folder : folders) {
     const Manifest manifest = read_manifest(folder);
     refuse_mixed(folder, manifest, folders.front(), merged.manifest);
+    add_sizes(merged.manifest, manifest);
     merged.manifest.planned.insert(manifest.planned.begin(), manifest.planned.end());
     for (const ShardRecord& record : manifest.shards) add_record(merged, folder, record);
     for (const auto& cost : read_costs(folder)) merged.costs.insert(cost);

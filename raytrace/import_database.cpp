@@ -110,6 +110,10 @@ std::vector<ShardKey> keys_of(const std::vector<ViewFactors>& views, int diamete
 
 int import_gn2006(const std::string& layout, const std::string& out, Preset preset,
                   StreakLevel level) {
+  if (preset.physical) {
+    throw std::runtime_error(
+        fmt::format("preset {}; expected one of a single size, gn2006", preset.name));
+  }
   preset.width_px = widest_px;
   const std::vector<ViewFactors> views = read_factors(layout);
   const int diameter_um = static_cast<int>(std::lround(2e6 * preset.mean_radius_m));

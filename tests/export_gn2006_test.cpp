@@ -246,7 +246,7 @@ TEST_F(Export, DatabasesThatDoNotFillTheLayoutAreRefused) {
                 "d3200_osc03_v+80; expected oscillations 0 .. 9 at views 0, 20, 40, 60, 80. run "
                 "`pluvia generate` for them");
   other.shards.clear();
-  EXPECT_THAT(refusal(other), HasSubstr("drops of no um; expected one diameter (--diameter-um)"));
+  EXPECT_THAT(refusal(other), HasSubstr("drops of no um; expected one diameter (--diameter-mm)"));
   EXPECT_THAT(refusal(manifest, {.diameter_um = 1000}),
               HasSubstr("no drops of 1000 um; expected one of 3200"));
   other = manifest;
