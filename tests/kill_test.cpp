@@ -70,6 +70,21 @@ class Kill : public testing::Test {
     ASSERT_FALSE(killed(start_pluvia(arguments)));
   }
 
+  void expect_shares_merge_to_whole(int workers) const {
+    std::vector<std::string> merge = {"merge", "--out", folder / "merged"};
+    std::size_t files = 0;
+    for (int i = 1; i <= workers; ++i) {
+      const std::string out = fmt::format("part{}", i);
+      run(generate(out, {"--shard", fmt::format("{}/{}", i, workers)}));
+      files += bytes_of(folder / out).size() - 1;  // without the manifest
+      merge.push_back(folder / out);
+    }
+    run(merge);
+    const auto whole = bytes_of(folder / "whole");
+    EXPECT_EQ(files, whole.size() - 1) << "each shard once";
+    EXPECT_EQ(bytes_of(folder / "merged"), whole);
+  }
+
   const TemporaryFolder folder;
   const std::string preset =
       write_preset(folder.path(), replaced(tiny_preset, "[80]", "[70, 80]"));  // four shards
@@ -103,17 +118,13 @@ TEST_F(Kill, RunKilledAtTwentyRandomMomentsEndsWithTheSameBytes) {
 
 TEST_F(Kill, SharesOfSeveralWorkersMergeToTheSameBytes) {
   run(generate("whole"));
-  const auto whole = bytes_of(folder / "whole");
-  std::vector<std::string> merge = {"merge", "--out", folder / "merged"};
-  const int workers = 5;  // for four shards: the last has nothing to do
-  for (int i = 1; i <= workers; ++i) {
-    const std::string out = fmt::format("part{}", i);
-    run(generate(out, {"--shard", fmt::format("{}/{}", i, workers)}));
-    EXPECT_EQ(bytes_of(folder / out).size(), i < workers ? 2u : 1u) << out;
-    merge.push_back(folder / out);
-  }
-  run(merge);
-  EXPECT_EQ(bytes_of(folder / "merged"), whole);
+  expect_shares_merge_to_whole(5);  // for four shards: the last has nothing to do
+}
+
+TEST_F(Kill, SharesOfSeveralSizesAndBandsMergeToTheSameBytes) {
+  write_physical(folder.path());
+  run(generate("whole"));
+  expect_shares_merge_to_whole(2);
 }
 
 }  // namespace
