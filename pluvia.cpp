@@ -16,11 +16,13 @@
 
 #include "atlas/atomic_file.h"
 #include "atlas/image_io.h"
+#include "oscillation/equilibrium.h"
 #include "raytrace/generate.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
 #include "validate/factor_fit.h"
 #include "validate/fidelity.h"
+#include "validate/fit_json.h"
 
 namespace {
 
@@ -154,11 +156,47 @@ bool validate(const ValidateFlags& flags) {
   return passed;
 }
 
-struct FitFlags {
+struct FitOutlinesFlags {
+  std::string outlines = {}, out = {};
+  std::vector<std::string> modes = {"20", "31"};
+  std::optional<double> equilibrium_mm = {};
+};
+
+// "31" is n = 3, m = 1: degrees and orders of one digit.
+pluvia::OutlineModel outline_model(const FitOutlinesFlags& flags) {
+  pluvia::OutlineModel model;
+  model.modes.clear();
+  for (const std::string& mode : flags.modes) model.modes.push_back({mode[0] - '0', mode[1] - '0'});
+  if (flags.equilibrium_mm) {
+    const std::string table = std::string(PLUVIA_DATA_DIR) + "/tables/chuang_beard_1990_cn.csv";
+    model.equilibrium_cos = pluvia::equilibrium_cos(pluvia::read_equilibrium_table(table),
+                                                    1e-3 * *flags.equilibrium_mm);
+  }
+  return model;
+}
+
+// Throws after writing when the outlines are no drop's.
+void fit_outlines(const FitOutlinesFlags& flags) {
+  const pluvia::Outlines outlines = pluvia::read_outlines(flags.outlines);
+  const pluvia::OutlineFit fit = pluvia::fit_outlines(outlines, outline_model(flags));
+  pluvia::write_outline_fit(flags.out, outlines, fit);
+  if (!fit.refusal.empty()) throw std::runtime_error(flags.outlines + ": " + fit.refusal);
+  for (const pluvia::Estimate& estimate : fit.values) {
+    fmt::print("{}\n", pluvia::estimate_line(estimate));
+  }
+  fmt::print("scatter {:.4g} mm, {} of {} points are outliers{}{}\n", fit.scatter_mm, fit.outliers,
+             fit.points,
+             fit.alternatives.empty()
+                 ? ""
+                 : fmt::format("; {} other drops fit as well", fit.alternatives.size()),
+             fit.converged ? "" : "; not converged");
+}
+
+struct FitFactorsFlags {
   std::string factors = {}, preset = {}, out = {};
 };
 
-void fit_factors(const FitFlags& flags) {
+void fit_factors(const FitFactorsFlags& flags) {
   const pluvia::FactorFit fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
                                                     pluvia::read_real_factors(flags.factors));
   pluvia::write_factor_fit(flags.out, fit);
@@ -245,11 +283,35 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   return command;
 }
 
-CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
-  CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
-  fit->require_subcommand(1);
+// "nm" with 2 <= n <= 9, 0 <= m <= n.
+CLI::Validator mode_name() {
+  const auto check = [](const std::string& text) {
+    const bool fits = text.size() == 2 && text[0] >= '2' && text[0] <= '9' && text[1] >= '0' &&
+                      text[1] <= text[0];
+    return fits ? std::string() : text + "; expected two digits n, m with 2 <= n, m <= n";
+  };
+  return {check, "NM"};
+}
+
+CLI::App* add_fit_outlines(CLI::App& fit, FitOutlinesFlags& flags) {
+  CLI::App* command = fit.add_subcommand("outlines", "a drop's oscillation from its outlines");
+  command->add_option("file", flags.outlines, "outlines, CSV (docs/fits.md)")->required();
+  command->add_option("--modes", flags.modes, "modes to fit, n and m, each once")
+      ->delimiter(',')
+      ->check(mode_name())
+      ->capture_default_str();
+  command
+      ->add_option("--equilibrium-mm", flags.equilibrium_mm,
+                   "oscillate about the resting shape of that diameter, not a sphere")
+      ->check(finite_range(0.01, 9));
+  command->add_option("--out", flags.out, "JSON to write")->required();
+  command->footer("example: pluvia fit outlines data/outlines/synthetic.csv --out fit.json");
+  return command;
+}
+
+CLI::App* add_fit_factors(CLI::App& fit, FitFactorsFlags& flags) {
   CLI::App* command =
-      fit->add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
+      fit.add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
   flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
   command->add_option("file", flags.factors, "factors, CSV")->required();
   command->add_option("--preset", flags.preset, "values to start from")->capture_default_str();
@@ -257,6 +319,24 @@ CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
   command->footer(
       "example: pluvia fit factors data/factors/garg_nayar_2006_point_factors.csv --out fit.json");
   return command;
+}
+
+struct FitFlags {
+  FitOutlinesFlags outlines = {};
+  FitFactorsFlags factors = {};
+};
+
+CLI::App* add_fit(CLI::App& app, FitFlags& flags) {
+  CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
+  fit->require_subcommand(1);
+  add_fit_outlines(*fit, flags.outlines);
+  add_fit_factors(*fit, flags.factors);
+  return fit;
+}
+
+void run_fit(const CLI::App& fit, const FitFlags& flags) {
+  if (fit.got_subcommand("outlines")) fit_outlines(flags.outlines);
+  if (fit.got_subcommand("factors")) fit_factors(flags.factors);
 }
 
 std::string command_line(int argc, char** argv) {
@@ -279,7 +359,7 @@ int main(int argc, char** argv) {
   CLI::App* const pack_command = add_pack(app, pack_flags);
   CLI::App* const render_command = add_render(app, render_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
-  CLI::App* const fit_command = add_fit_factors(app, fit_flags);
+  CLI::App* const fit_command = add_fit(app, fit_flags);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -294,7 +374,7 @@ int main(int argc, char** argv) {
     if (*generate_command) generate(generate_flags);
     if (*pack_command) pack(pack_flags);
     if (*render_command) render(render_flags);
-    if (*fit_command) fit_factors(fit_flags);
+    if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
   } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "oscillation/drop_shape.h"
-#include "oscillation/estimate.h"
+#include "oscillation/mode_estimates.h"
 #include "oscillation/outline_table.h"
 
 namespace pluvia {
@@ -49,8 +49,5 @@ struct OutlineFit {
 // Throws std::runtime_error for fewer points than parameters, std::invalid_argument for modes out
 // of range or given twice.
 OutlineFit fit_outlines(const Outlines& outlines, const OutlineModel& model = {});
-
-// The one of that name. Throws std::out_of_range when there is none.
-const Estimate& estimate_of(const std::vector<Estimate>& values, const std::string& name);
 
 }  // namespace pluvia

@@ -1,6 +1,10 @@
 // Fits of made-up outlines: what made them is found again, and what they do not tell is not told.
 #include "oscillation/outline_fit.h"
 
+#include <fstream>
+#include <map>
+#include <sstream>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -62,21 +66,21 @@ std::map<std::string, int> coverage(const OutlineSampling& sampling, int trials)
 }
 
 TEST(OutlineFit, NineteenOfTwentyIntervalsHoldTheTruth) {
-  // Noise of 1 % of r0. Of 20 intervals at 95 %, fewer than 15 hold the truth with probability
-  // 3e-4 (binomial); six parameters: 2e-3.
-  for (const auto& [name, held] : coverage({.times = 8, .angles = 12, .noise_m = 16e-6}, 20)) {
-    EXPECT_GE(held, 15) << name;
+  // Noise of 1 % of r0. Of 16 intervals at 95 %, fewer than 12 hold the truth with probability
+  // 9e-4 (binomial).
+  for (const auto& [name, held] : coverage({.times = 6, .angles = 10, .noise_m = 16e-6}, 16)) {
+    EXPECT_GE(held, 12) << name;
   }
 }
 
 TEST(OutlineFit, AFifthOfOutliersIsTolerated) {
   // Cauchy's loss lets a distant outlier pull with at most its width / 2: the intervals still hold.
-  // 10 of them: fewer than 6 with probability 6e-5.
+  // 8 of them: fewer than 5 with probability 4e-4.
   const OutlineSampling sampling = {
-      .times = 10, .angles = 16, .noise_m = 16e-6, .outlier_share = 0.2};
-  for (const auto& [name, held] : coverage(sampling, 10)) EXPECT_GE(held, 6) << name;
+      .times = 8, .angles = 12, .noise_m = 16e-6, .outlier_share = 0.2};
+  for (const auto& [name, held] : coverage(sampling, 8)) EXPECT_GE(held, 5) << name;
   const Outlines outlines = made_outlines(oscillating_drop(), sampling);
-  const Outlines exact = made_outlines(oscillating_drop(), {.times = 10, .angles = 16});
+  const Outlines exact = made_outlines(oscillating_drop(), {.times = 8, .angles = 12});
   int far = 0;
   for (std::size_t k = 0; k < exact.points.size(); ++k) {
     far += std::abs(outlines.points[k].radius_m - exact.points[k].radius_m) > 80e-6 ? 1 : 0;
@@ -99,7 +103,7 @@ TEST(OutlineFit, OneOutlineLeavesAmplitudesAndPhasesFree) {
   const OutlineFit fit =
       fit_outlines(made_outlines(oscillating_drop(), {.times = 1, .angles = 60}));
   for (const std::string name : {"A20", "phase20_deg", "A31", "phase31_deg"}) {
-    EXPECT_EQ(estimate_of(fit.values, name).why, "the outlines leave it free") << name;
+    EXPECT_EQ(estimate_of(fit.values, name).why, left_free) << name;
   }
 }
 
@@ -186,6 +190,43 @@ TEST(OutlineFit, ADropOfOtherModesAndAFlattenedOneAreFoundToo) {
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(fit.drop.modes[k].amplitude, drop.modes[k].amplitude, 1e-9);
     EXPECT_NEAR(fit.drop.modes[k].phase_rad, drop.modes[k].phase_rad, 1e-7);
+  }
+}
+
+// data/outlines/synthetic.csv, made anew: the drop and the noise that its head tells, radii rounded
+// to 0.1 um.
+std::string synthetic_table() {
+  std::string text =
+      "# source: made up by tests/outline_fit_test.cpp, TheExampleIsWhatItsHeadTells\n"
+      "# A drop of r0 = 1.6 mm, A20 = 0.11, phase20 = 22.9 deg, A31 = 0.08, phase31 = -63.0 deg,\n"
+      "# phi_drop = 40.1 deg, seen from 0.5 rad above; normal noise of 10 um, every tenth point "
+      "an\n"
+      "# outlier. Times in s, angles in degrees, radii in mm.\n"
+      "t_s,theta_deg,r_mm,view_elevation_deg\n";
+  const OutlineSampling sampling = {
+      .times = 10, .angles = 24, .noise_m = 10e-6, .outlier_share = 0.1, .seed = 2006};
+  for (const OutlinePoint& p : made_outlines(oscillating_drop(), sampling).points) {
+    text += fmt::format("{:.6f},{:.0f},{:.4f},{:.4f}\n", p.time_s, p.theta_rad / degree,
+                        1e3 * p.radius_m, p.view_elevation_rad / degree);
+  }
+  return text;
+}
+
+TEST(OutlineFit, TheExampleIsWhatItsHeadTells) {
+  const std::string file = PLUVIA_SOURCE_DIR "/data/outlines/synthetic.csv";
+  const std::string fresh = synthetic_table();
+  std::ostringstream there;
+  there << std::ifstream(file).rdbuf();
+  if (there.str() != fresh) {
+    const std::string copy = testing::TempDir() + "synthetic.csv";
+    std::ofstream(copy) << fresh;
+    FAIL() << file << " differs from what makes it; see " << copy;
+  }
+  const OutlineFit fit = fit_outlines(read_outlines(file));
+  for (const auto& [name, truth] : truth_of(oscillating_drop())) {
+    // Six intervals of 95 %: one may miss, by less than as much again (1e-4).
+    const Estimate& found = estimate_of(fit.values, name);
+    EXPECT_NEAR(found.value, truth, found.high - found.low) << name;
   }
 }
 

@@ -1,8 +1,8 @@
 // The silhouette of a drop, against closed forms and against a scan of the whole surface.
 #include "oscillation/outline.h"
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "tests/drop_samples.h"
 
