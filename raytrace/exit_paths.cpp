@@ -28,6 +28,7 @@ struct Tracer {
   const DropInstant& drop;
   const PathOptions& options;
   std::vector<PathExit>& exits;
+  double sign = 1;  // of throughputs: -1 beyond the outline
   PathRemainder remainder = {};
   std::vector<Walker> open = {};
 
@@ -69,6 +70,17 @@ struct Tracer {
     }
   }
 
+  // The first interface of a ray beyond the outline.
+  void continue_past_outline(Walker walker, const Eigen::Vector3d& position,
+                             const Eigen::Vector3d& outward) {
+    const Split split = split_at_interface(walker.beam, outward, 1 / options.refractive_index);
+    exits.push_back({extend(walker.signature, false), 0, split.reflected.direction,
+                     power(split.reflected)});
+    sign = -1;
+    walker.position = position;
+    push(walker, split.refracted, true);
+  }
+
   void advance(const Walker& walker) {
     const auto hit = intersect_drop(drop, walker.position, walker.beam.direction, walker.side);
     if (hit) {
@@ -77,7 +89,8 @@ struct Tracer {
       }
       meet(walker, hit->position, hit->normal);
     } else if (walker.side == RaySide::outside) {
-      exits.push_back({walker.signature, walker.order, walker.beam.direction, power(walker.beam)});
+      exits.push_back(
+          {walker.signature, walker.order, walker.beam.direction, sign * power(walker.beam)});
     } else {
       remainder.lost += power(walker.beam);
     }
@@ -89,16 +102,21 @@ struct Tracer {
 PathRemainder trace_exits(const DropInstant& drop, const Eigen::Vector3d& position_m,
                           const Eigen::Vector3d& normal, const Eigen::Vector3d& to_camera,
                           const PathOptions& options, std::vector<PathExit>& exits) {
-  Tracer tracer{drop, options, exits};
+  Tracer tracer{.drop = drop, .options = options, .exits = exits};
   Walker camera;
   camera.beam = unpolarised_beam(-to_camera);
-  tracer.meet(camera, position_m, normal);
+  const bool beyond_outline = normal.dot(to_camera) <= 0;
+  if (beyond_outline) {
+    tracer.continue_past_outline(camera, position_m, normal);
+  } else {
+    tracer.meet(camera, position_m, normal);
+  }
   while (!tracer.open.empty()) {
     const Walker walker = tracer.open.back();
     tracer.open.pop_back();
     tracer.advance(walker);
   }
-  return tracer.remainder;
+  return beyond_outline ? PathRemainder{} : tracer.remainder;
 }
 
 }  // namespace pluvia

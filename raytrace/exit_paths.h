@@ -44,7 +44,13 @@ struct PathRemainder {
 };
 
 // Appends the exits of one camera ray that meets the drop at `position` with outward `normal` (both
-// relative to the drop's origin; normal . to_camera > 0) in a fixed order.
+// relative to the drop's origin) in a fixed order.
+//
+// With normal . to_camera <= 0 the point lies beyond the outline and no light comes from there: the
+// exits are the analytic continuation of the map past the outline (optics.h), so that a cell of the
+// field which the outline cuts still has a smooth map. Reflected light is not tested for meeting the
+// drop again and its throughput exceeds 1; refracted light has negative throughput. The remainder is
+// zero then.
 PathRemainder trace_exits(const DropInstant& drop, const Eigen::Vector3d& position_m,
                           const Eigen::Vector3d& normal, const Eigen::Vector3d& to_camera,
                           const PathOptions& options, std::vector<PathExit>& exits);

@@ -52,7 +52,7 @@ double power(const Beam& beam) {
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio) {
   const Eigen::Vector3d& d = beam.direction;
   const double ci = -d.dot(normal);
-  assert(ci >= 0 && index_ratio > 0);
+  assert(index_ratio > 0);
   const Eigen::Vector3d s = s_axis(d, normal);
   const FieldRow fs = s.transpose() * beam.field;
   const FieldRow fp = d.cross(s).transpose() * beam.field;
@@ -78,7 +78,7 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
   const double ct = std::sqrt(ct2);
   const double rs = (index_ratio * ci - ct) / (index_ratio * ci + ct);
   const double rp = (ci - index_ratio * ct) / (ci + index_ratio * ct);
-  const double root = 2 * std::sqrt(index_ratio * ci * ct);  // sqrt(4 n1 n2 ci ct) / n2
+  const double root = 2 * std::sqrt(index_ratio * std::abs(ci) * ct);  // sqrt(4 n1 n2 ci ct) / n2
   const double ts = root / (index_ratio * ci + ct);
   const double tp = root / (ci + index_ratio * ct);
   out.reflected.field = s * (rs * fs) + p_reflected * (rp * fp);

@@ -30,9 +30,13 @@ struct Split {
   bool totally_reflected = false;
 };
 
-// The beam meets an interface whose unit normal points against it (normal . direction < 0,
-// asserted); index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything
-// unchanged.
+// The beam meets an interface whose unit normal points against it (normal . direction < 0);
+// index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything unchanged.
+//
+// With normal . direction >= 0 the result is the analytic continuation of these formulas past
+// grazing incidence, where no light meets the interface: directions go on smoothly; the reflected
+// share exceeds 1, and the refracted share is the negative of the power that `refracted` holds, so
+// that the two still add up to 1.
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio);
 
 struct FresnelPower {
