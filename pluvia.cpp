@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -166,7 +167,12 @@ struct FitOutlinesFlags {
 pluvia::OutlineModel outline_model(const FitOutlinesFlags& flags) {
   pluvia::OutlineModel model;
   model.modes.clear();
-  for (const std::string& mode : flags.modes) model.modes.push_back({mode[0] - '0', mode[1] - '0'});
+  for (const std::string& mode : flags.modes) {
+    if (std::count(flags.modes.begin(), flags.modes.end(), mode) > 1) {
+      throw CLI::ValidationError("--modes", mode + " twice; expected each mode once");
+    }
+    model.modes.push_back({mode[0] - '0', mode[1] - '0'});
+  }
   if (flags.equilibrium_mm) {
     const std::string table = std::string(PLUVIA_DATA_DIR) + "/tables/chuang_beard_1990_cn.csv";
     model.equilibrium_cos = pluvia::equilibrium_cos(pluvia::read_equilibrium_table(table),
@@ -186,6 +192,45 @@ void fit_outlines(const FitOutlinesFlags& flags) {
   }
   fmt::print("scatter {:.4g} mm, {} of {} points are outliers{}{}\n", fit.scatter_mm, fit.outliers,
              fit.points,
+             fit.alternatives.empty()
+                 ? ""
+                 : fmt::format("; {} other drops fit as well", fit.alternatives.size()),
+             fit.converged ? "" : "; not converged");
+}
+
+struct FitStreakFlags {
+  std::string streaks = {}, preset = {}, out = {};
+  std::vector<std::string> lights = {};
+  int view_elevation_deg = 0;
+  bool free_phases = false;
+};
+
+// Throws after writing when the streaks are no drop's.
+void fit_streak(const FitStreakFlags& flags) {
+  pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const pluvia::StreakInput input =
+      pluvia::read_streaks(flags.streaks, flags.lights, flags.view_elevation_deg);
+  preset.width_px = input.width_px;
+  pluvia::StreakRequest request = pluvia::shard_request(
+      preset,
+      {.oscillation = preset.sets.front().index, .view_elevation_deg = input.view_elevation_deg});
+  if (request.frame.height_px != input.height_px) {
+    throw std::runtime_error(fmt::format("{}: {} x {} px; expected {} rows for that width and view",
+                                         flags.streaks, input.width_px, input.height_px,
+                                         request.frame.height_px));
+  }
+  ProgressLine progress;
+  const pluvia::StreakFit fit =
+      pluvia::fit_streak(request, input.streaks, pluvia::streak_starts(flags.free_phases),
+                         {.free_phases = flags.free_phases, .known_level = input.known_level},
+                         [&](double share) { progress("fit", share); });
+  pluvia::write_streak_fit(flags.out, flags.streaks, input, fit);
+  if (!fit.refusal.empty()) throw std::runtime_error(flags.streaks + ": " + fit.refusal);
+  for (const pluvia::Estimate& estimate : fit.values) {
+    fmt::print("{}\n", pluvia::estimate_line(estimate));
+  }
+  fmt::print("residual {:.1f} % of the pattern, {} streaks traced{}{}\n", 100 * fit.residual,
+             fit.traced,
              fit.alternatives.empty()
                  ? ""
                  : fmt::format("; {} other drops fit as well", fit.alternatives.size()),
@@ -309,6 +354,42 @@ CLI::App* add_fit_outlines(CLI::App& fit, FitOutlinesFlags& flags) {
   return command;
 }
 
+CLI::Validator light_name() {
+  const auto check = [](const std::string& text) {
+    try {
+      pluvia::parse_light_name(text);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  return {check, "light_vEE_hAAA"};
+}
+
+CLI::App* add_fit_streak(CLI::App& fit, FitStreakFlags& flags) {
+  CLI::App* command = fit.add_subcommand("streak", "a drop's oscillation from its streaks");
+  flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
+  command->add_option("file", flags.streaks, "shard, EXR; or a picture of linear values")
+      ->required();
+  command
+      ->add_option("--lights", flags.lights,
+                   "of the shard (default: all), or the one that lit the picture")
+      ->delimiter(',')
+      ->check(light_name());
+  command->add_option("--view-elevation-deg", flags.view_elevation_deg, "of a picture's camera")
+      ->check(CLI::Range(0, 80))
+      ->capture_default_str();
+  command->add_flag("--free-phases", flags.free_phases, "fit both phases at shutter-open, too");
+  command->add_option("--preset", flags.preset, "drop, exposure, light and accuracy of the trials")
+      ->capture_default_str();
+  command->add_option("--out", flags.out, "JSON to write")->required();
+  command->footer(
+      "example (after: pluvia generate data/presets/preview.toml --views 0 --oscillations 3 --out "
+      "db):\n  pluvia fit streak db/shards/d3200_osc03_v+00.exr --lights "
+      "light_v+10_h130,light_v+50_h110 --out fit.json");
+  return command;
+}
+
 CLI::App* add_fit_factors(CLI::App& fit, FitFactorsFlags& flags) {
   CLI::App* command =
       fit.add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
@@ -323,6 +404,7 @@ CLI::App* add_fit_factors(CLI::App& fit, FitFactorsFlags& flags) {
 
 struct FitFlags {
   FitOutlinesFlags outlines = {};
+  FitStreakFlags streak = {};
   FitFactorsFlags factors = {};
 };
 
@@ -330,12 +412,14 @@ CLI::App* add_fit(CLI::App& app, FitFlags& flags) {
   CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
   fit->require_subcommand(1);
   add_fit_outlines(*fit, flags.outlines);
+  add_fit_streak(*fit, flags.streak);
   add_fit_factors(*fit, flags.factors);
   return fit;
 }
 
 void run_fit(const CLI::App& fit, const FitFlags& flags) {
   if (fit.got_subcommand("outlines")) fit_outlines(flags.outlines);
+  if (fit.got_subcommand("streak")) fit_streak(flags.streak);
   if (fit.got_subcommand("factors")) fit_factors(flags.factors);
 }
 

@@ -146,7 +146,7 @@ TEST_F(Program, FitOfOutlinesSaysWhatItFoundAndRefusesWhatIsNoDrop) {
   EXPECT_THAT(outcome.out, HasSubstr("A20 0.11"));
   EXPECT_THAT(read_file(folder / "fit.json"), HasSubstr("\"name\": \"phi_drop_deg\""));
   EXPECT_THAT(run_pluvia("fit outlines --help").out, HasSubstr("example: pluvia fit outlines"));
-  for (const std::string mode : {"--modes 13", "--modes 3", "--modes 34", "--equilibrium-mm nan"}) {
+  for (const std::string mode : {"--modes 34", "--modes 20,20", "--equilibrium-mm nan"}) {
     expect_complaint("fit outlines " + example + out + " " + mode, 2, mode.substr(0, 7));
   }
   expect_complaint("fit outlines " + example, 2, "--out is required");

@@ -62,6 +62,32 @@ void write_outline_fit(const std::string& file, const Outlines& outlines, const 
   write_file_atomically(file, document.dump(2) + "\n");
 }
 
+void write_streak_fit(const std::string& file, const std::string& source, const StreakInput& input,
+                      const StreakFit& fit) {
+  nlohmann::ordered_json lights = nlohmann::ordered_json::array();
+  for (const MeasuredStreak& streak : input.streaks) lights.push_back(light_name(streak.light));
+  nlohmann::ordered_json alternatives = nlohmann::ordered_json::array();
+  for (const StreakStart& drop : fit.alternatives) {
+    alternatives.push_back({{"A20", drop.a20},
+                            {"phase20_deg", drop.phase20_rad / degree},
+                            {"A31", drop.a31},
+                            {"phase31_deg", drop.phase31_rad / degree},
+                            {"phi_drop_deg", drop.phi_drop_rad / degree}});
+  }
+  const nlohmann::ordered_json document = {{"version", 1},
+                                           {"source", source},
+                                           {"view_elevation_deg", input.view_elevation_deg},
+                                           {"lights", lights},
+                                           {"refusal", fit.refusal},
+                                           {"values", estimates_json(fit.values)},
+                                           {"alternatives", alternatives},
+                                           {"level", fit.level},
+                                           {"residual", fit.residual},
+                                           {"traced", fit.traced},
+                                           {"converged", fit.converged}};
+  write_file_atomically(file, document.dump(2) + "\n");
+}
+
 std::string estimate_line(const Estimate& estimate) {
   if (!is_identifiable(estimate)) {
     return fmt::format("{} is not determined: {}", estimate.name, estimate.why);
