@@ -11,46 +11,45 @@ namespace pluvia {
 
 namespace {
 
-constexpr int sides = 16;
 constexpr double pi = std::numbers::pi;
 
 ConeVertex mix(const ConeVertex& a, const ConeVertex& b, double t) {
-  return {a.u + t * (b.u - a.u), a.v + t * (b.v - a.v), a.x + t * (b.x - a.x),
-          a.y + t * (b.y - a.y), a.throughput + t * (b.throughput - a.throughput)};
+  return {a.dx + t * (b.dx - a.dx),
+          a.dy + t * (b.dy - a.dy),
+          a.dz + t * (b.dz - a.dz),
+          a.x + t * (b.x - a.x),
+          a.y + t * (b.y - a.y),
+          a.throughput + t * (b.throughput - a.throughput),
+          a.facing + t * (b.facing - a.facing)};
 }
 
 // Sutherland and Hodgman: keeps where distance(vertex) >= 0.
 template <typename Distance>
 void clip(ConePolygon& polygon, Distance distance) {
+  std::array<double, 24> d;
+  int inside = 0;
+  for (int i = 0; i < polygon.count; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    d[n] = distance(polygon.vertices[n]);
+    inside += d[n] >= 0 ? 1 : 0;
+  }
+  if (inside == polygon.count) return;
   ConePolygon kept;
   kept.count = 0;
-  for (int i = 0; i < polygon.count; ++i) {
-    const ConeVertex& a = polygon.vertices[static_cast<std::size_t>(i)];
-    const ConeVertex& b = polygon.vertices[static_cast<std::size_t>((i + 1) % polygon.count)];
-    const double da = distance(a), db = distance(b);
-    assert(kept.count + 2 <= static_cast<int>(kept.vertices.size()));
-    if (da >= 0) kept.vertices[static_cast<std::size_t>(kept.count++)] = a;
-    if ((da >= 0) != (db >= 0)) {
-      kept.vertices[static_cast<std::size_t>(kept.count++)] = mix(a, b, da / (da - db));
+  if (inside > 0) {
+    for (int i = 0; i < polygon.count; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      const auto b = static_cast<std::size_t>(i + 1 == polygon.count ? 0 : i + 1);
+      assert(kept.count + 2 <= static_cast<int>(kept.vertices.size()));
+      if (d[a] >= 0) kept.vertices[static_cast<std::size_t>(kept.count++)] = polygon.vertices[a];
+      if ((d[a] >= 0) != (d[b] >= 0)) {
+        kept.vertices[static_cast<std::size_t>(kept.count++)] =
+            mix(polygon.vertices[a], polygon.vertices[b], d[a] / (d[a] - d[b]));
+      }
     }
   }
-  polygon = kept;
-}
-
-struct Side {
-  double nu, nv;  // outward normal of a side of the unit polygon
-};
-
-const std::array<Side, sides>& polygon_sides() {
-  static const std::array<Side, sides> table = [] {
-    std::array<Side, sides> t = {};
-    for (int k = 0; k < sides; ++k) {
-      const double angle = 2 * pi * (k + 0.5) / sides;
-      t[static_cast<std::size_t>(k)] = {std::cos(angle), std::sin(angle)};
-    }
-    return t;
-  }();
-  return table;
+  polygon.count = kept.count;
+  std::copy_n(kept.vertices.begin(), kept.count, polygon.vertices.begin());
 }
 
 }  // namespace
@@ -58,33 +57,33 @@ const std::array<Side, sides>& polygon_sides() {
 Cone make_cone(const Eigen::Vector3d& axis, double half_angle_rad) {
   Cone cone;
   cone.axis = axis;
-  cone.across1 = axis.unitOrthogonal();
-  cone.across2 = axis.cross(cone.across1);
   cone.half_angle_rad = half_angle_rad;
+  const Eigen::Vector3d across1 = axis.unitOrthogonal(), across2 = axis.cross(across1);
   const double disc = pi * std::pow(std::tan(half_angle_rad), 2);
-  cone.circumradius = std::sqrt(disc / (0.5 * sides * std::sin(2 * pi / sides)));
+  const double inradius = std::sqrt(disc / (cone_sides * std::tan(pi / cone_sides)));
+  for (int k = 0; k < cone_sides; ++k) {
+    const double angle = 2 * pi * (k + 0.5) / cone_sides;
+    cone.inward[static_cast<std::size_t>(k)] =
+        inradius * axis - std::cos(angle) * across1 - std::sin(angle) * across2;
+  }
   return cone;
 }
 
-bool gnomonic(const Cone& cone, const Eigen::Vector3d& direction, ConeVertex& vertex) {
-  const double along = direction.dot(cone.axis);
-  if (along < 0.2) return false;
-  vertex.u = direction.dot(cone.across1) / along;
-  vertex.v = direction.dot(cone.across2) / along;
-  return true;
+void clip_to_cone(const Cone& cone, ConePolygon& polygon) {
+  for (const Eigen::Vector3d& n : cone.inward) {
+    if (polygon.count == 0) return;
+    clip(polygon,
+         [&](const ConeVertex& p) { return n.x() * p.dx + n.y() * p.dy + n.z() * p.dz; });
+  }
 }
 
-void clip_to_cone(const Cone& cone, ConePolygon& polygon) {
-  const double inradius = cone.circumradius * std::cos(pi / sides);
-  double largest = 0;
+void clip_to_facing(ConePolygon& polygon) {
+  clip(polygon, [](const ConeVertex& p) { return p.facing; });
+  // Throughput of refracted light is negative beyond the outline, and a cut between there and here
+  // may fall on either side of zero.
   for (int i = 0; i < polygon.count; ++i) {
-    const ConeVertex& p = polygon.vertices[static_cast<std::size_t>(i)];
-    largest = std::max(largest, p.u * p.u + p.v * p.v);
-  }
-  if (largest <= inradius * inradius) return;
-  for (const Side& side : polygon_sides()) {
-    if (polygon.count == 0) return;
-    clip(polygon, [&](const ConeVertex& p) { return inradius - side.nu * p.u - side.nv * p.v; });
+    double& throughput = polygon.vertices[static_cast<std::size_t>(i)].throughput;
+    throughput = std::max(0.0, throughput);
   }
 }
 

@@ -1,11 +1,12 @@
 // The part of a surface triangle whose light comes from a cone.
 //
 // A triangle of the exit field has a position in the picture, a throughput and an exit direction at
-// each corner. About the cone's axis the directions are gnomonic coordinates (u, v), linear in
-// between; the cone is there the disc |(u, v)| <= tan(half angle), here a 16-gon of the same area
-// (a flux error below 2 % of the cone's rim only where the field bends within it). What is left
-// after clipping is measured in the picture, so folds of the map (caustics) need no special case:
-// nothing is ever divided by an area in direction space.
+// each corner, linear in between. In the plane at distance 1 on its axis the cone is the disc of
+// radius tan(half angle), here a 16-gon of the same area (a flux error below 2 % of the cone's rim
+// only where the field bends within it); its sides are planes through the apex, so that a triangle
+// is clipped by linear functions of the direction, however far its corners are from the axis. What
+// is left after clipping is measured in the picture, so folds of the map (caustics) need no special
+// case: nothing is ever divided by an area in direction space.
 #pragma once
 
 #include <array>
@@ -14,34 +15,37 @@
 
 namespace pluvia {
 
+constexpr int cone_sides = 16;
+
 struct Cone {
   Eigen::Vector3d axis = {0, 0, 1};
-  Eigen::Vector3d across1 = {1, 0, 0}, across2 = {0, 1, 0};
   double half_angle_rad = 0;
-  double circumradius = 0;  // of the 16-gon of the disc's area
+  // Of the planes through the apex that bound the 16-gon: inside where inward . direction >= 0.
+  std::array<Eigen::Vector3d, cone_sides> inward = {};
 };
 
+// half_angle_rad in (0, pi / 2).
 Cone make_cone(const Eigen::Vector3d& axis, double half_angle_rad);
 
 // No defaults: polygons are made by the million, and clearing one costs as much as clipping it.
 struct ConeVertex {
-  double u, v;  // gnomonic
-  double x, y;  // in the picture
+  double dx, dy, dz;  // direction, of about unit length
+  double x, y;        // in the picture
   double throughput;
+  double facing;      // of the surface: > 0 where the camera sees it
 };
 
-// A convex polygon; a triangle clipped by 16 lines has at most 19 corners, by two more 21.
+// A convex polygon; a triangle clipped by 16 planes has at most 19 corners, by three more 22.
 struct ConePolygon {
   std::array<ConeVertex, 24> vertices;
   int count;
 };
 
-// Gnomonic coordinates of a direction. False (and untouched) when it is more than 78 degrees off
-// the axis, where the map is useless.
-bool gnomonic(const Cone& cone, const Eigen::Vector3d& direction, ConeVertex& vertex);
-
 // Keeps the part inside the cone.
 void clip_to_cone(const Cone& cone, ConePolygon& polygon);
+
+// Keeps the part that the camera sees, none of it with a throughput below zero.
+void clip_to_facing(ConePolygon& polygon);
 
 // Keeps the part with low <= x <= high.
 void clip_to_columns(ConePolygon& polygon, double low, double high);

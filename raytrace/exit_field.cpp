@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <unordered_map>
 
 #include "raytrace/drop_intersect.h"
 
@@ -11,64 +12,92 @@ namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr std::uint32_t no_node = 0xffffffffu;
 
-int deepest(const FieldOptions& options) {
-  return std::max({options.bend_depth, options.break_depth, options.silhouette_depth});
-}
+// How far beyond the outline maps are continued. Reflectance grows without bound there (it has a
+// pole at minus the cosine of Brewster's angle, -0.6), and a cubic cannot follow.
+constexpr double least_facing = -0.35;
 
-// The square map and its nodes on the finest lattice; traces a node when it is first asked for.
+// A path with less light than this share (reflection at normal incidence) is followed less finely:
+// its map may bend more in proportion, and where it breaks, every halving of its light saves one
+// halving of the cell.
+constexpr double faint_throughput = 0.02;
+
+// Third difference of a smooth throughput, over its largest.
+constexpr double dim_tolerance = 0.3;
+
+// Where the depth runs out, the polynomial through a cell's nodes is still the best guess while its
+// third differences are below this many tolerances; beyond, only the nodes are trusted.
+constexpr double trusted_bends = 10;
+
+// A node's place on the finest lattice of space and time.
+struct Place {
+  int i = 0, j = 0, k = 0;
+  std::uint64_t key() const {
+    return (static_cast<std::uint64_t>(k) << 42) | (static_cast<std::uint64_t>(j) << 21) |
+           static_cast<std::uint64_t>(i);
+  }
+};
+
+struct OpenCell {
+  Place origin = {};
+  int step = 1, time_step = 1;              // between its nodes, on the finest lattice
+  bool surface_done = false;
+  std::vector<std::uint64_t> done = {};     // signatures that coarser cells have settled
+};
+
+// The square map, the drop at the lattice's times, and the nodes traced so far.
 struct Lattice {
-  const DropInstant& drop;
   const View& view;
   const FieldOptions& options;
   ExitField& field;
-  int side = 0;      // lattice points per side
-  double reach = 0;  // the map covers [-reach, reach]^2
+  std::vector<DropInstant> drops = {};  // one per time of the finest lattice
+  int side = 0;                         // steps per side
+  double reach = 0;                     // the map covers [-reach, reach]^2
   Eigen::Vector3d e1 = {}, e2 = {};
-  std::vector<std::uint32_t> index = {};
+  std::unordered_map<std::uint64_t, std::uint32_t> index = {};
 
-  double spacing_at(int depth) const {  // between the nodes of a cell
-    return 2 * reach / (2.0 * options.base_cells * (1 << depth));
+  double step_rad() const { return 2 * reach / side; }
+
+  std::uint32_t node(const Place& place) {
+    const auto [slot, is_new] =
+        index.try_emplace(place.key(), static_cast<std::uint32_t>(field.nodes.size()));
+    if (is_new) field.nodes.push_back(trace(place));
+    return slot->second;
   }
 
-  std::uint32_t node(int i, int j) {
-    std::uint32_t& slot = index[static_cast<std::size_t>(j) * static_cast<std::size_t>(side) +
-                                static_cast<std::size_t>(i)];
-    if (slot == no_node) {
-      slot = static_cast<std::uint32_t>(field.nodes.size());
-      field.nodes.push_back(trace(i, j));
-    }
-    return slot;
-  }
-
-  FieldNode trace(int i, int j) {
-    const double step = 2 * reach / (side - 1);
-    const double shift = options.shift * spacing_at(0);
-    const double x = -reach + step * i + shift, y = -reach + step * j + shift;
+  FieldNode trace(const Place& place) {
+    const DropInstant& drop = drops[static_cast<std::size_t>(place.k)];
+    const double shift = options.shift * 2 * reach / options.base_cells;
+    const double x = -reach + step_rad() * place.i + shift;
+    const double y = -reach + step_rad() * place.j + shift;
     const double r = std::hypot(x, y);
     FieldNode node;
     if (r >= pi) return node;
     const double sinc = r > 1e-9 ? std::sin(r) / r : 1;
     const Eigen::Vector3d u = std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
     const Eigen::Vector3d normal = surface_normal(drop, u);
-    if (normal.dot(view.to_camera) <= 0) return node;
+    node.facing = normal.dot(view.to_camera);
+    if (node.facing < least_facing) return node;
     const Eigen::Vector3d position = drop.origin_m + surface_radius_m(drop, u) * u;
-    if (drop_occludes(drop, position, view.to_camera)) return node;
-    node.visible = true;
+    if (node.facing > 0 && drop_occludes(drop, position, view.to_camera)) return node;
+    node.known = true;
     node.xy_m = {position.dot(view.right), position.dot(view.up)};
-    trace_paths(node, position, normal);
+    trace_paths(drop, position, normal, node);
     return node;
   }
 
-  void trace_paths(FieldNode& node, const Eigen::Vector3d& position,
-                   const Eigen::Vector3d& normal) {
+  void trace_paths(const DropInstant& drop, const Eigen::Vector3d& position,
+                   const Eigen::Vector3d& normal, FieldNode& node) {
     node.first_exit = static_cast<std::uint32_t>(field.exits.size());
     const PathRemainder left =
         trace_exits(drop, position, normal, view.to_camera, options.paths, field.exits);
     node.exit_count = static_cast<std::uint32_t>(field.exits.size()) - node.first_exit;
-    for (std::uint32_t k = 0; k < node.exit_count; ++k) {
-      node.throughput += field.exits[node.first_exit + k].throughput;
+    if (node.facing <= 0) {
+      node.throughput = 1;  // at the outline all light is reflected
+      return;
+    }
+    for (std::uint32_t e = 0; e < node.exit_count; ++e) {
+      node.throughput += field.exits[node.first_exit + e].throughput;
     }
     field.remainder.beyond_order += left.beyond_order;
     field.remainder.given_up += left.given_up;
@@ -77,55 +106,95 @@ struct Lattice {
   }
 };
 
-using Nine = std::array<std::uint32_t, 9>;  // a cell's nodes, row by row
-
 // How one path's map looks in a cell.
 struct PathShape {
-  int present = 0;                     // of the nine nodes
+  int known = 0;                       // nodes that have the path
+  bool dark = true;                    // no visible node passes light
   Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
-  double radius = 0;                   // largest distance (chord) of a node's direction from it
-  double bend = 0;                     // largest distance of a middle from the mean of its ends
-  bool dark = true;                    // no node passes light
-  bool breaks_off = false;             // some do, some do not
+  double radius_rad = 0;               // largest angle of a node's direction from it
+  double brightest = 0;                // throughput of a visible node
+  double bend = 0, time_bend = 0;      // largest third difference of directions
+  double dim = 0, time_dim = 0;        // .. of throughputs
 };
 
-PathShape path_shape(const ExitField& field, const Nine& nodes, std::uint64_t signature) {
-  PathShape shape;
-  std::array<const PathExit*, 9> exits = {};
-  int lit = 0;
-  for (std::size_t k = 0; k < 9; ++k) {
-    exits[k] = find_exit(field, nodes[k], signature);
-    if (!exits[k]) continue;
-    ++shape.present;
-    shape.centre += exits[k]->direction;
-    lit += exits[k]->throughput > 0 ? 1 : 0;
+// 3 x the largest third difference along the lines of a cell with the given stride.
+template <typename Value, typename Size>
+double third_difference(int times, int stride, Value value, Size size) {
+  double most = 0;
+  const int lines = times * cell_side * cell_side / cell_side;
+  for (int line = 0; line < lines; ++line) {
+    // The line's first node: the digits of `line` on the two other axes.
+    const int low = line % stride, high = line / stride;
+    const auto at = [&](int k) {
+      return value(static_cast<std::size_t>(high * stride * cell_side + low + k * stride));
+    };
+    most = std::max(most, size(at(0) - at(3) + 3 * (at(2) - at(1))));
   }
-  shape.dark = lit == 0;
-  shape.breaks_off = lit < 9;
+  return most;
+}
+
+using CellExits = std::array<const PathExit*, cell_side * cell_side * cell_side>;
+
+void add_bends(const CellExits& exits, int times, PathShape& shape) {
+  const auto direction = [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; };
+  const auto throughput = [&](std::size_t n) { return exits[n]->throughput; };
+  const auto length = [](const Eigen::Vector3d& d) { return d.norm(); };
+  const auto magnitude = [](double d) { return std::abs(d); };
+  for (const int stride : {1, cell_side}) {
+    shape.bend = std::max(shape.bend, third_difference(times, stride, direction, length));
+    shape.dim = std::max(shape.dim, third_difference(times, stride, throughput, magnitude));
+  }
+  if (times == 1) return;
+  constexpr int stride = cell_side * cell_side;
+  shape.time_bend = third_difference(times, stride, direction, length);
+  shape.time_dim = third_difference(times, stride, throughput, magnitude);
+}
+
+PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature) {
+  PathShape shape;
+  CellExits exits = {};
+  const auto count = static_cast<std::size_t>(field.times * cell_side * cell_side);
+  for (std::size_t n = 0; n < count; ++n) {
+    exits[n] = find_exit(field, cell.nodes[n], signature);
+    if (!exits[n]) continue;
+    ++shape.known;
+    shape.centre += exits[n]->direction;
+    if (field.nodes[cell.nodes[n]].facing > 0) {
+      shape.brightest = std::max(shape.brightest, exits[n]->throughput);
+    }
+  }
+  shape.dark = shape.brightest <= 0;
+  if (shape.dark) return shape;
   const double length = shape.centre.norm();
   if (length < 1e-6) {  // directions all around: no bounding cone narrower than the sphere
-    shape.radius = 2;
-    return shape;
+    shape.radius_rad = pi;
+    shape.centre = {0, 0, 1};
+  } else {
+    shape.centre /= length;
+    double chord = 0;
+    for (const PathExit* exit : exits) {
+      if (exit) chord = std::max(chord, (exit->direction - shape.centre).norm());
+    }
+    shape.radius_rad = 2 * std::asin(std::min(1.0, 0.5 * chord));
   }
-  shape.centre /= length;
-  for (const PathExit* exit : exits) {
-    if (exit) shape.radius = std::max(shape.radius, (exit->direction - shape.centre).norm());
-  }
-  if (shape.present < 9) return shape;
-  constexpr std::size_t middles[6][3] = {{0, 1, 2}, {6, 7, 8}, {0, 3, 6},
-                                         {2, 5, 8}, {3, 4, 5}, {1, 4, 7}};
-  for (const auto& m : middles) {
-    const Eigen::Vector3d mean = 0.5 * (exits[m[0]]->direction + exits[m[2]]->direction);
-    shape.bend = std::max(shape.bend, (exits[m[1]]->direction - mean).norm());
-  }
+  if (shape.known == static_cast<int>(count)) add_bends(exits, field.times, shape);
   return shape;
 }
+
+// What a cell, or a path in it, still asks for.
+struct Halving {
+  bool space = false, time = false;
+  bool any() const { return space || time; }
+};
 
 struct Refiner {
   Lattice& lattice;
   const ConeLights& lights;
   const FieldOptions& options;
   ExitField& field;
+  std::vector<OpenCell> next = {};
+
+  int node_count() const { return field.times * cell_side * cell_side; }
 
   bool light_within(const Eigen::Vector3d& centre, double angle_rad) const {
     if (angle_rad >= pi) return !lights.directions.empty();
@@ -134,64 +203,182 @@ struct Refiner {
                        [&](const Eigen::Vector3d& l) { return l.dot(centre) > cosine; });
   }
 
-  bool path_needs_refinement(const Nine& nodes, std::uint64_t signature, int depth) const {
-    const PathShape shape = path_shape(field, nodes, signature);
-    if (shape.dark) return false;
-    const double cone = lights.half_angle_rad;
-    const bool bends = shape.bend > options.bend_tolerance * cone || shape.present < 9;
-    if (depth < options.bend_depth && bends) {
-      // Where nodes are missing, what is missing may lie beyond what is seen.
-      const double beyond =
-          shape.present < 9 ? shape.radius + 3 * lattice.spacing_at(depth) : shape.bend;
-      if (light_within(shape.centre, 1.2 * shape.radius + beyond + cone)) return true;
-    }
-    return depth < options.break_depth && shape.breaks_off &&
-           light_within(shape.centre, 1.2 * shape.radius + cone);
+  // Where nodes are missing, what is missing may lie beyond what is seen: Pluvia's predecessor
+  // found nothing more with three times this slack.
+  bool near_a_light(const PathShape& shape, const OpenCell& cell) const {
+    const bool whole = shape.known == node_count();
+    const double slack =
+        whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.bend, shape.time_bend)
+              : shape.radius_rad + 3 * cell.step * lattice.step_rad();
+    return light_within(shape.centre, shape.radius_rad + slack + lights.half_angle_rad);
   }
 
-  bool needs_refinement(const Nine& nodes, int depth, int visible) const {
-    if (visible < 9 && depth < options.silhouette_depth) return true;
-    for (std::size_t k = 0; k < 9; ++k) {
-      const FieldNode& node = field.nodes[nodes[k]];
-      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
-        const std::uint64_t signature = field.exits[node.first_exit + e].signature;
-        bool seen = false;  // a path is judged at the first node that has it
-        for (std::size_t before = 0; before < k && !seen; ++before) {
-          seen = find_exit(field, nodes[before], signature) != nullptr;
+  // Third differences over what is tolerated; 1 or less is smooth.
+  struct Roughness {
+    double space = 0, time = 0;
+  };
+
+  Roughness roughness(const PathShape& shape) const {
+    const double bend = options.bend_tolerance * lights.half_angle_rad *
+                        std::max(1.0, faint_throughput / shape.brightest);
+    const double dim = dim_tolerance * std::max(shape.brightest, faint_throughput);
+    return {std::max(shape.bend / bend, shape.dim / dim),
+            std::max(shape.time_bend / bend, shape.time_dim / dim)};
+  }
+
+  // Halvings that a path asks for and that are left.
+  Halving wanted(const PathShape& shape, const OpenCell& cell) const {
+    const Halving left = {cell.step > 1, field.times > 1 && cell.time_step > 1};
+    if (shape.known == node_count()) {
+      const Roughness rough = roughness(shape);
+      return {rough.space > 1 && left.space, rough.time > 1 && left.time};
+    }
+    const double halvings = std::log2(faint_throughput / shape.brightest);
+    if (halvings <= 0) return left;
+    const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
+    return {cell.step > most, left.time && cell.time_step > most};
+  }
+
+  bool is_smooth(const PathShape& shape) const {
+    if (shape.known < node_count()) return false;
+    const Roughness rough = roughness(shape);
+    return std::max(rough.space, rough.time) < trusted_bends;
+  }
+
+  FieldCell gather(const OpenCell& open) {
+    FieldCell cell;
+    std::size_t n = 0;
+    for (int k = 0; k < field.times; ++k) {
+      for (int j = 0; j < cell_side; ++j) {
+        for (int i = 0; i < cell_side; ++i) {
+          cell.nodes[n++] = lattice.node({open.origin.i + i * open.step,
+                                          open.origin.j + j * open.step,
+                                          open.origin.k + k * open.time_step});
         }
-        if (!seen && path_needs_refinement(nodes, signature, depth)) return true;
       }
     }
+    const double times = static_cast<double>(lattice.drops.size() - 1);
+    if (field.times > 1) {
+      cell.first = open.origin.k / times;
+      cell.last = (open.origin.k + (cell_side - 1) * open.time_step) / times;
+    }
+    return cell;
+  }
+
+  // The signatures in a cell that no coarser cell has settled.
+  std::vector<std::uint64_t> open_signatures(const OpenCell& open, const FieldCell& cell) const {
+    std::vector<std::uint64_t> found;
+    for (int n = 0; n < node_count(); ++n) {
+      const FieldNode& node = field.nodes[cell.nodes[static_cast<std::size_t>(n)]];
+      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
+        const std::uint64_t s = field.exits[node.first_exit + e].signature;
+        if (std::find(open.done.begin(), open.done.end(), s) == open.done.end() &&
+            std::find(found.begin(), found.end(), s) == found.end()) {
+          found.push_back(s);
+        }
+      }
+    }
+    return found;
+  }
+
+  // Settles the surface: true when the camera sees something here and some nodes are not known.
+  bool surface_is_open(const FieldCell& cell, const OpenCell& open) {
+    bool whole = true, visible = false;
+    for (int n = 0; n < node_count(); ++n) {
+      const FieldNode& node = field.nodes[cell.nodes[static_cast<std::size_t>(n)]];
+      whole = whole && node.known;
+      visible = visible || (node.known && node.facing > 0);
+    }
+    if (!visible) return false;
+    if (!whole && open.step > 1) return true;
+    field.surfaces.push_back(static_cast<std::uint32_t>(field.cells.size()));
     return false;
   }
 
-  void leaf(const Nine& n) {
-    constexpr std::size_t corners[4][4] = {{0, 1, 4, 3}, {1, 2, 5, 4}, {3, 4, 7, 6}, {4, 5, 8, 7}};
-    for (const auto& c : corners) {
-      const std::array<std::uint32_t, 4> quad = {n[c[0]], n[c[1]], n[c[2]], n[c[3]]};
-      const auto visible = std::count_if(quad.begin(), quad.end(),
-                                         [&](std::uint32_t k) { return field.nodes[k].visible; });
-      if (visible >= 3) field.quads.push_back(quad);
+  void settle(OpenCell open) {
+    const FieldCell cell = gather(open);
+    const std::size_t patches = field.patches.size(), surfaces = field.surfaces.size();
+    const auto index = static_cast<std::uint32_t>(field.cells.size());
+    Halving halving;
+    if (!open.surface_done) {
+      const bool still_open = surface_is_open(cell, open);
+      open.surface_done = !still_open;
+      halving.space = still_open;
     }
+    for (const std::uint64_t signature : open_signatures(open, cell)) {
+      const PathShape shape = path_shape(field, cell, signature);
+      bool done = true;
+      if (!shape.dark && near_a_light(shape, open)) {
+        const Halving want = wanted(shape, open);
+        done = !want.any();
+        halving.space = halving.space || want.space;
+        halving.time = halving.time || want.time;
+        if (done) field.patches.push_back({index, signature, is_smooth(shape)});
+      }
+      if (done) open.done.push_back(signature);
+    }
+    if (field.patches.size() > patches || field.surfaces.size() > surfaces) {
+      field.cells.push_back(cell);
+    }
+    if (halving.any()) halve(open, halving);
   }
 
-  // The cell whose first lattice point is (i, j).
-  void cell(int i, int j, int depth) {
-    const int half = 1 << (deepest(options) - depth);
-    Nine nodes = {};
-    int visible = 0;
-    for (int k = 0; k < 9; ++k) {
-      nodes[static_cast<std::size_t>(k)] = lattice.node(i + k % 3 * half, j + k / 3 * half);
-      visible += field.nodes[nodes[static_cast<std::size_t>(k)]].visible ? 1 : 0;
+  void halve(const OpenCell& open, const Halving& halving) {
+    OpenCell child = open;
+    if (halving.space) child.step /= 2;
+    if (halving.time) child.time_step /= 2;
+    const int shift = (cell_side - 1) * child.step, time_shift = (cell_side - 1) * child.time_step;
+    for (int c = 0; c <= (halving.time ? 1 : 0); ++c) {
+      for (int b = 0; b <= (halving.space ? 1 : 0); ++b) {
+        for (int a = 0; a <= (halving.space ? 1 : 0); ++a) {
+          child.origin = {open.origin.i + a * shift, open.origin.j + b * shift,
+                          open.origin.k + c * time_shift};
+          next.push_back(child);
+        }
+      }
     }
-    if (visible == 0) return;
-    if (half == 1 || !needs_refinement(nodes, depth, visible)) {
-      leaf(nodes);
-      return;
-    }
-    for (int k = 0; k < 4; ++k) cell(i + k % 2 * half, j + k / 2 * half, depth + 1);
   }
 };
+
+ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLights& lights,
+                const FieldOptions& options) {
+  ExitField field;
+  field.times = drops.size() > 1 ? cell_side : 1;
+  Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
+  // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
+  // from the view axis nothing faces the camera.
+  double slope = 0, bound = 0;
+  for (const DropInstant& drop : lattice.drops) {
+    slope = std::max(slope, drop.bound_slope);
+    bound = std::max(bound, drop.bound_h);
+  }
+  const double smallest_h = std::max(0.2, 2 - bound);
+  lattice.reach = std::min(pi, pi / 2 + std::atan(slope / smallest_h)) *
+                  (1 + 1.0 / options.base_cells);  // the map may be shifted by half a cell
+  const int step = 1 << options.space_depth;
+  lattice.side = options.base_cells * (cell_side - 1) * step;
+  lattice.e1 =
+      std::cos(options.rotation_rad) * view.right + std::sin(options.rotation_rad) * view.up;
+  lattice.e2 =
+      std::cos(options.rotation_rad) * view.up - std::sin(options.rotation_rad) * view.right;
+
+  Refiner refiner{.lattice = lattice, .lights = lights, .options = options, .field = field};
+  const int span = (cell_side - 1) * step;
+  const int time_step = field.times == 1 ? 1 : 1 << options.time_depth;
+  for (int j = 0; j < options.base_cells; ++j) {
+    for (int i = 0; i < options.base_cells; ++i) {
+      refiner.next.push_back({.origin = {i * span, j * span, 0},
+                              .step = step,
+                              .time_step = time_step});
+    }
+  }
+  while (!refiner.next.empty()) {
+    const std::vector<OpenCell> now = std::move(refiner.next);
+    refiner.next.clear();
+    for (const OpenCell& cell : now) refiner.settle(cell);
+  }
+  return field;
+}
 
 }  // namespace
 
@@ -214,29 +401,23 @@ const PathExit* find_exit(const ExitField& field, std::uint32_t node, std::uint6
   return nullptr;
 }
 
+ExitField trace_exit_field(const DropShape& drop, const TimeSpan& span, const View& view,
+                           const ConeLights& lights, const FieldOptions& options) {
+  std::vector<DropInstant> drops;
+  if (is_rigid(drop) || span.first_s == span.last_s) {
+    drops.push_back(drop_at(drop, span.first_s));
+  } else {
+    const int steps = (cell_side - 1) << options.time_depth;
+    for (int k = 0; k <= steps; ++k) {
+      drops.push_back(drop_at(drop, span.first_s + (span.last_s - span.first_s) * k / steps));
+    }
+  }
+  return trace(std::move(drops), view, lights, options);
+}
+
 ExitField trace_exit_field(const DropInstant& drop, const View& view, const ConeLights& lights,
                            const FieldOptions& options) {
-  ExitField field;
-  Lattice lattice{drop, view, options, field};
-  const int depth = deepest(options);
-  lattice.side = 2 * options.base_cells * (1 << depth) + 1;
-  // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
-  // from the view axis nothing faces the camera.
-  const double smallest_h = std::max(0.2, 2 - drop.bound_h);
-  lattice.reach =
-      std::min(pi, pi / 2 + std::atan(drop.bound_slope / smallest_h)) + 2.0 / options.base_cells;
-  lattice.e1 =
-      std::cos(options.rotation_rad) * view.right + std::sin(options.rotation_rad) * view.up;
-  lattice.e2 =
-      std::cos(options.rotation_rad) * view.up - std::sin(options.rotation_rad) * view.right;
-  lattice.index.assign(
-      static_cast<std::size_t>(lattice.side) * static_cast<std::size_t>(lattice.side), no_node);
-  Refiner refiner{lattice, lights, options, field};
-  const int span = 2 << depth;
-  for (int j = 0; j < options.base_cells; ++j) {
-    for (int i = 0; i < options.base_cells; ++i) refiner.cell(i * span, j * span, 0);
-  }
-  return field;
+  return trace({drop}, view, lights, options);
 }
 
 }  // namespace pluvia

@@ -1,13 +1,15 @@
-// The exit-direction field of a drop at one instant, seen from one direction: the map from a point
-// of the visible surface to the directions from which light would reach the camera there, one map
-// per path signature. It does not depend on the light: traced once, it serves every light and any
-// environment (raytrace/light_integral.h).
+// The exit-direction field of a drop over a span of time, seen from one direction: the map from a
+// point of the visible surface and a time to the directions from which light would reach the camera
+// there, one map per path signature. It does not depend on the light: traced once, it serves every
+// light and any environment (raytrace/light_integral.h).
 //
 // The surface is parametrised by its direction from the star centre, u = cos r c + sin r (x e1 + y
-// e2) / r, c toward the camera, r = |(x, y)|: smooth across the silhouette, and a square of that
-// map carries little projected area where it grazes. Square cells of 3 x 3 nodes are refined where
-// a map bends or breaks (silhouette, total reflection, shadow) near one of the cones asked for;
-// where no light looks, the field stays coarse.
+// e2) / r, c toward the camera, r = |(x, y)|: smooth across the outline, and a square of that map
+// carries little projected area where it grazes. A cell is a block of 4 x 4 nodes in (x, y) at 4
+// times: where a map is smooth, the tricubic polynomial through them is the map at ANY time of the
+// span, so that the streak may be integrated over far more moments than were traced. A cell is
+// halved in space or in time, for the sake of those paths that bend or break in it (total
+// reflection, shadow) near one of the lights; where no light looks, the field stays coarse.
 #pragma once
 
 #include <array>
@@ -40,37 +42,67 @@ struct ConeLights {
 
 struct FieldOptions {
   PathOptions paths = {};
-  int base_cells = 16;       // per side of the square map
-  int bend_depth = 2;        // halvings of a cell at most, where a light looks: a map bends
-  int break_depth = 3;       // .. where a map breaks off (total reflection, shadow, silhouette)
-  int silhouette_depth = 2;  // .. at the outline, light or not: for the projected area
-  // A cell is flat when its middles lie within this share of the cone of the mean of their ends
-  // (the leaf's own triangles are four times flatter).
-  double bend_tolerance = 0.25;
-  // Of the map about the view axis, and its shift in cells: dithering them from instant to instant
-  // turns grid error into noise that averages out.
+  int base_cells = 12;  // per side of the square map
+  int space_depth = 3;  // halvings of a cell's sides at most
+  int time_depth = 2;   // halvings of a cell's time at most
+  // A map is smooth in a cell when its third differences are below this share of the cone's half
+  // angle: what the cubic itself leaves out is smaller still by the ratio of fourth to third
+  // differences.
+  double bend_tolerance = 0.3;
+  // Of the map about the view axis, and its shift in cells: dithering them from span to span turns
+  // grid error into noise that averages out.
   double rotation_rad = 0;
   double shift = 0;
 };
 
+struct TimeSpan {
+  double first_s = 0, last_s = 0;
+};
+
+// A surface point at one of the field's times. Known: the camera sees it, or it lies beyond the
+// outline (facing < 0), where its exits continue the map (exit_paths.h). Not known: hidden behind
+// another part of the drop, or far beyond the outline.
 struct FieldNode {
   Eigen::Vector2d xy_m = {0, 0};  // position to the right and up, relative to the drop's origin
-  bool visible = false;
+  double facing = 0;              // normal . to_camera
+  bool known = false;
   std::uint32_t first_exit = 0, exit_count = 0;
-  double throughput = 0;  // of all exits together
+  double throughput = 0;  // of all exits together; 1 beyond the outline
+};
+
+constexpr int cell_side = 4;  // nodes per side, in space and (unless the field is one instant) time
+
+struct FieldCell {
+  std::array<std::uint32_t, cell_side * cell_side * cell_side> nodes = {};  // x fastest, then y
+  double first = 0, last = 1;  // of the cell's time, as shares of the span
+};
+
+// One path's map in one cell. Not smooth: the depth ran out; only its nodes are to be trusted.
+struct FieldPatch {
+  std::uint32_t cell = 0;
+  std::uint64_t signature = 0;
+  bool smooth = true;
 };
 
 struct ExitField {
+  int times = 1;  // nodes of a cell in time: 1 for one instant, or a drop that is rigid; else 4
   std::vector<FieldNode> nodes = {};
   std::vector<PathExit> exits = {};
-  std::vector<std::array<std::uint32_t, 4>> quads = {};  // leaves; at least 3 visible corners each
-  PathRemainder remainder = {};                          // sums over nodes
-  std::size_t traced_nodes = 0;
+  std::vector<FieldCell> cells = {};
+  std::vector<FieldPatch> patches = {};      // the maps near lights
+  std::vector<std::uint32_t> surfaces = {};  // cells that tile what the camera sees
+  PathRemainder remainder = {};              // sums over the nodes that the camera sees
+  std::size_t traced_nodes = 0;              // those nodes
 };
 
 // The exit of a node with that signature, or nullptr.
 const PathExit* find_exit(const ExitField& field, std::uint32_t node, std::uint64_t signature);
 
+// The field over a span of time. 1 <= base_cells, depths >= 0.
+ExitField trace_exit_field(const DropShape& drop, const TimeSpan& span, const View& view,
+                           const ConeLights& lights, const FieldOptions& options);
+
+// The field of one instant.
 ExitField trace_exit_field(const DropInstant& drop, const View& view, const ConeLights& lights,
                            const FieldOptions& options);
 

@@ -3,149 +3,475 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <vector>
+
+#include "raytrace/bezier_patch.h"
 
 namespace pluvia {
 
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
+// A piece of a patch is cut into two triangles when it bends by less than this share of the cone,
+// this much of a pixel and this share of its light.
+constexpr double flat_share = 0.05;
+constexpr double flat_px = 0.05;
+constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
-// The triangles of a quad that have all their corners: two, or one when a corner is missing.
-struct Triangles {
-  std::array<Triangle, 2> list = {};
-  int count = 0;
+// Throughputs below this share need no finer cut: what they add is lost beside reflection, 0.02.
+constexpr double least_light = 0.01;
+
+// What a patch holds at its nodes, or control points.
+enum : std::size_t { dir_x, dir_y, dir_z, column, row, light, facing, quantities };
+using Node = std::array<double, quantities>;
+using Patch = BezierNet<quantities>;
+using DirectionNet = BezierNet<3>;
+
+struct Rectangle {
+  double u0 = 0, u1 = 1, v0 = 0, v1 = 1;
 };
 
-template <typename Present>
-Triangles triangles_of(const std::array<std::uint32_t, 4>& quad, Present present) {
-  std::array<bool, 4> here = {};
-  int missing = 0;
-  std::size_t gap = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    here[k] = present(k);
-    if (!here[k]) {
-      ++missing;
-      gap = k;
+// A bound on the distance between a curve and its chord, from its control points: n (n - 1) / 8
+// times their largest second difference, n = 3.
+constexpr double chord_factor = 0.75;
+
+// Largest second difference of a net along lines of the given stride; size() of an array of C.
+template <std::size_t C, typename Size>
+double second_difference(const BezierNet<C>& net, std::size_t stride, Size size) {
+  double most = 0;
+  for (std::size_t line = 0; line < 4; ++line) {
+    const std::size_t n = line * (5 - stride);
+    for (std::size_t k = 0; k < 2; ++k) {
+      std::array<double, C> d;
+      const auto &a = net[n + k * stride], &b = net[n + (k + 1) * stride],
+                 &e = net[n + (k + 2) * stride];
+      for (std::size_t c = 0; c < C; ++c) d[c] = a[c] - 2 * b[c] + e[c];
+      most = std::max(most, size(d));
     }
   }
-  Triangles t;
-  if (missing == 0) {
-    t.list = {Triangle{quad[0], quad[1], quad[2]}, Triangle{quad[0], quad[2], quad[3]}};
-    t.count = 2;
-  } else if (missing == 1) {
-    t.list[0] = {quad[(gap + 1) % 4], quad[(gap + 2) % 4], quad[(gap + 3) % 4]};
-    t.count = 1;
-  }
-  return t;
+  return most;
+}
+
+// True when all directions are beyond one side of the cone: so is everything between them.
+template <typename Directions>
+bool beyond_a_side(const Cone& cone, const Directions& directions) {
+  return std::any_of(cone.inward.begin(), cone.inward.end(), [&](const Eigen::Vector3d& n) {
+    return std::all_of(std::begin(directions), std::end(directions), [&](const auto& d) {
+      return n[0] * d[0] + n[1] * d[1] + n[2] * d[2] < 0;
+    });
+  });
 }
 
 struct Integrator {
   const ExitField& field;
-  const ConeLights& lights;
   const StreakFrame& frame;
-  const Travel& travel;
-  double time_share;
+  std::span<const Moment> moments, surface_moments;
   StreakWindow& window;
   std::vector<Cone> cones = {};
+  double weight = 0;  // of a light's polygon: 1 / (pi sin^2 half_angle)
 
-  ConeVertex vertex(std::uint32_t node) const {
-    const Eigen::Vector2d& xy = field.nodes[node].xy_m;
-    ConeVertex v = {};
-    v.x = frame.centre_column + xy.x() / frame.pixel_m;
-    v.y = -xy.y() / frame.pixel_m;
+  Node node_values(std::uint32_t index, const PathExit& exit) const {
+    const FieldNode& n = field.nodes[index];
+    return {exit.direction.x(),
+            exit.direction.y(),
+            exit.direction.z(),
+            frame.centre_column + n.xy_m.x() / frame.pixel_m,
+            -n.xy_m.y() / frame.pixel_m,
+            exit.throughput,
+            n.facing};
+  }
+
+  std::span<const Moment> within(std::span<const Moment> all, const FieldCell& cell) const {
+    const auto from = std::lower_bound(
+        all.begin(), all.end(), cell.first,
+        [](const Moment& m, double share) { return m.span_share < share; });
+    const bool to_the_end = cell.last == 1;
+    const auto to = to_the_end ? all.end()
+                               : std::lower_bound(from, all.end(), cell.last,
+                                                  [](const Moment& m, double share) {
+                                                    return m.span_share < share;
+                                                  });
+    return {from, to};
+  }
+
+  void add_triangle(int light, const Moment& moment, const ConeVertex& a, const ConeVertex& b,
+                    const ConeVertex& c) {
+    const Cone& cone = cones[static_cast<std::size_t>(light)];
+    const auto direction = [](const ConeVertex& v) { return std::array{v.dx, v.dy, v.dz}; };
+    if (beyond_a_side(cone, std::array{direction(a), direction(b), direction(c)})) return;
+    ConePolygon polygon;
+    polygon.vertices[0] = a;
+    polygon.vertices[1] = b;
+    polygon.vertices[2] = c;
+    polygon.count = 3;
+    clip_to_facing(polygon);
+    clip_to_cone(cone, polygon);
+    deposit(window, light, moment.travel, polygon, moment.time_share * weight);
+  }
+};
+
+// The polynomial through a cell's nodes, by its control points in space and time.
+struct CellPolynomial {
+  int times = 1;
+  std::array<Patch, cell_side> nets = {};
+
+  template <typename NodeAt>  // node_at(place in the cell)
+  CellPolynomial(int node_times, NodeAt node_at) : times(node_times) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(times); ++k) {
+      for (std::size_t n = 0; n < 16; ++n) nets[k][n] = node_at(16 * k + n);
+      to_control_points(nets[k]);
+    }
+    if (times == 1) return;
+    for (std::size_t n = 0; n < 16; ++n) {
+      to_control_points(nets[0][n], nets[1][n], nets[2][n], nets[3][n]);
+    }
+  }
+
+  // Control points in space at a share of the cell's time.
+  Patch at(double share) const {
+    if (times == 1) return nets[0];
+    const auto b = bernstein(share);
+    Patch net;
+    for (std::size_t n = 0; n < 16; ++n) {
+      for (std::size_t c = 0; c < quantities; ++c) {
+        net[n][c] = b[0] * nets[0][n][c] + b[1] * nets[1][n][c] + b[2] * nets[2][n][c] +
+                    b[3] * nets[3][n][c];
+      }
+    }
+    return net;
+  }
+};
+
+double share_of_cell(const FieldCell& cell, const Moment& moment) {
+  return (moment.span_share - cell.first) / (cell.last - cell.first);
+}
+
+// Picture, throughput and facing of a patch at (u, v).
+ConeVertex patch_corner(const Patch& patch, const std::array<double, 3>& direction, double u,
+                        double v) {
+  const auto bu = bernstein(u), bv = bernstein(v);
+  std::array<double, 4> sum = {};
+  for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double w = bu[i] * bv[j];
+      for (std::size_t c = 0; c < 4; ++c) sum[c] += w * patch[4 * j + i][column + c];
+    }
+  }
+  return {direction[0], direction[1], direction[2], sum[0], sum[1], sum[2], sum[3]};
+}
+
+// A smooth patch: its polynomial at any moment, cut up where a light's cone is.
+struct SmoothPatch {
+  Integrator& integrator;
+  const FieldCell& cell;
+  CellPolynomial polynomial;
+
+  SmoothPatch(Integrator& integral, const FieldPatch& patch)
+      : integrator(integral),
+        cell(integral.field.cells[patch.cell]),
+        polynomial(integral.field.times, [&](std::size_t place) {
+          const std::uint32_t node = cell.nodes[place];
+          return integral.node_values(node, *find_exit(integral.field, node, patch.signature));
+        }) {}
+
+  // Lights whose cone the patch can reach at some time, by the hull of all control points.
+  std::vector<int> lights_in_reach() const {
+    std::vector<std::array<double, 3>> directions;
+    for (int k = 0; k < polynomial.times; ++k) {
+      for (const Node& p : polynomial.nets[static_cast<std::size_t>(k)]) {
+        directions.push_back({p[dir_x], p[dir_y], p[dir_z]});
+      }
+    }
+    std::vector<int> found;
+    for (std::size_t l = 0; l < integrator.cones.size(); ++l) {
+      if (!beyond_a_side(integrator.cones[l], directions)) found.push_back(static_cast<int>(l));
+    }
+    return found;
+  }
+
+  void integrate() const;
+};
+
+// A patch at one moment, cut up as finely as the lights in its reach need.
+struct PatchCutter {
+  Integrator& integrator;
+  const Patch& patch;
+  const Moment& moment;
+  std::vector<int>& lights;       // a stack: the last entries are those of the piece at hand
+  double flat = 0;                // what counts as flat for a direction
+  double bend_u = 0, bend_v = 0;  // of picture and throughput over the whole patch, over what is flat
+
+  // Lights [first, end) of the stack reach the piece's parent.
+  void piece(const DirectionNet& net, const Rectangle& r, int depth, std::size_t first) {
+    const std::size_t end = lights.size();
+    for (std::size_t k = first; k < end; ++k) {
+      const int light = lights[k];
+      if (!beyond_a_side(integrator.cones[static_cast<std::size_t>(light)], net)) {
+        lights.push_back(light);
+      }
+    }
+    if (lights.size() > end) cut(net, r, depth, end);
+    lights.resize(end);
+  }
+
+  void cut(const DirectionNet& net, const Rectangle& r, int depth, std::size_t first) {
+    const auto length = [](const std::array<double, 3>& d) {
+      return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    };
+    const double du = r.u1 - r.u0, dv = r.v1 - r.v0;
+    const double u_bend =
+        std::max(chord_factor * second_difference(net, 1, length) / flat, bend_u * du * du);
+    const double v_bend =
+        std::max(chord_factor * second_difference(net, 4, length) / flat, bend_v * dv * dv);
+    std::array<double, 3> twist;
+    for (std::size_t c = 0; c < 3; ++c) twist[c] = net[0][c] - net[3][c] - net[12][c] + net[15][c];
+    const double skew = 0.25 * length(twist) / flat;
+    if (depth >= deepest_piece || std::max({u_bend, v_bend, skew}) < 1) {
+      leaf(net, r, first);
+      return;
+    }
+    const bool along_u = u_bend > v_bend || (u_bend == v_bend && du >= dv);
+    DirectionNet low, high;
+    halve(net, along_u ? 1 : 4, low, high);
+    Rectangle a = r, b = r;
+    if (along_u) {
+      a.u1 = b.u0 = 0.5 * (r.u0 + r.u1);
+    } else {
+      a.v1 = b.v0 = 0.5 * (r.v0 + r.v1);
+    }
+    piece(low, a, depth + 1, first);
+    piece(high, b, depth + 1, first);
+  }
+
+  void leaf(const DirectionNet& net, const Rectangle& r, std::size_t first) {
+    const std::array<ConeVertex, 4> corners = {
+        patch_corner(patch, net[0], r.u0, r.v0), patch_corner(patch, net[3], r.u1, r.v0),
+        patch_corner(patch, net[15], r.u1, r.v1), patch_corner(patch, net[12], r.u0, r.v1)};
+    for (std::size_t k = first; k < lights.size(); ++k) {
+      integrator.add_triangle(lights[k], moment, corners[0], corners[1], corners[2]);
+      integrator.add_triangle(lights[k], moment, corners[0], corners[2], corners[3]);
+    }
+  }
+};
+
+void SmoothPatch::integrate() const {
+  std::vector<int> lights = lights_in_reach();
+  if (lights.empty()) return;
+  for (const Moment& moment : integrator.within(integrator.moments, cell)) {
+    const Patch net = polynomial.at(share_of_cell(cell, moment));
+    if (std::all_of(net.begin(), net.end(), [](const Node& p) { return p[facing] < 0; })) continue;
+    PatchCutter cutter{.integrator = integrator, .patch = net, .moment = moment, .lights = lights};
+    cutter.flat = flat_share * std::tan(integrator.cones.front().half_angle_rad);
+    double brightest = least_light;
+    for (const Node& p : net) brightest = std::max(brightest, p[light]);
+    const auto size = [&](const Node& d) {
+      return std::max(std::hypot(d[column], d[row]) / flat_px,
+                      std::abs(d[light]) / (flat_share * brightest));
+    };
+    cutter.bend_u = chord_factor * second_difference(net, 1, size);
+    cutter.bend_v = chord_factor * second_difference(net, 4, size);
+    DirectionNet directions;
+    for (std::size_t n = 0; n < 16; ++n) {
+      directions[n] = {net[n][dir_x], net[n][dir_y], net[n][dir_z]};
+    }
+    cutter.piece(directions, {}, 0, 0);
+  }
+}
+
+// Where in a cell's time a moment is: between the nodes `before` and the next.
+struct BetweenNodes {
+  std::size_t before = 0;
+  double share = 0;
+};
+
+BetweenNodes between_nodes(const ExitField& field, const FieldCell& cell, double span_share) {
+  if (field.times == 1) return {};
+  const double at = (cell_side - 1) * (span_share - cell.first) / (cell.last - cell.first);
+  const auto before = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, cell_side - 2.0));
+  return {before, at - static_cast<double>(before)};
+}
+
+// Corner of the quad at (i, j) of a cell, k = 0 .. 3 around it: its place among a plane's 16 nodes.
+std::size_t corner_place(std::size_t i, std::size_t j, std::size_t k) {
+  return cell_side * (j + (k / 2)) + i + ((k == 1 || k == 2) ? 1 : 0);
+}
+
+ConeVertex to_vertex(const Node& n) {
+  return {n[dir_x], n[dir_y], n[dir_z], n[column], n[row], n[light], n[facing]};
+}
+
+// A place of a cell between two times of its nodes: in between where both are there, else as at the
+// nearer time. node_at(time, place) gives an optional Node.
+template <typename NodeAt>
+std::optional<Node> node_between(const BetweenNodes& t, int times, std::size_t place,
+                                 NodeAt node_at) {
+  std::optional<Node> before = node_at(t.before, place);
+  if (times == 1) return before;
+  const std::optional<Node> after = node_at(t.before + 1, place);
+  if (!before || !after) return t.share < 0.5 ? before : after;
+  for (std::size_t c = 0; c < quantities; ++c) (*before)[c] += t.share * ((*after)[c] - (*before)[c]);
+  return before;
+}
+
+// Calls add(a, b, c) for the triangles of a cell of which only the nodes are to be trusted: two for
+// each quad with four nodes, one for each with three.
+template <typename NodeAt, typename Add>
+void for_loose_triangles(const BetweenNodes& t, int times, NodeAt node_at, Add add) {
+  std::array<std::optional<Node>, 16> nodes;
+  for (std::size_t n = 0; n < 16; ++n) nodes[n] = node_between(t, times, n, node_at);
+  for (std::size_t j = 0; j + 1 < cell_side; ++j) {
+    for (std::size_t i = 0; i + 1 < cell_side; ++i) {
+      std::array<ConeVertex, 4> corners;
+      std::size_t count = 0;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const auto& node = nodes[corner_place(i, j, k)];
+        if (node) corners[count++] = to_vertex(*node);
+      }
+      if (count >= 3) add(corners[0], corners[1], corners[2]);
+      if (count == 4) add(corners[0], corners[2], corners[3]);
+    }
+  }
+}
+
+// Lights whose cone reaches the hull of a loose patch's nodes.
+std::vector<int> lights_in_reach(const Integrator& integrator, const FieldPatch& patch) {
+  const ExitField& field = integrator.field;
+  std::vector<Eigen::Vector3d> directions;
+  for (int n = 0; n < 16 * field.times; ++n) {
+    const std::uint32_t node = field.cells[patch.cell].nodes[static_cast<std::size_t>(n)];
+    const PathExit* exit = find_exit(field, node, patch.signature);
+    if (exit) directions.push_back(exit->direction);
+  }
+  std::vector<int> found;
+  for (std::size_t l = 0; l < integrator.cones.size(); ++l) {
+    if (!beyond_a_side(integrator.cones[l], directions)) found.push_back(static_cast<int>(l));
+  }
+  return found;
+}
+
+void integrate_loose_patch(Integrator& integrator, const FieldPatch& patch) {
+  const ExitField& field = integrator.field;
+  const FieldCell& cell = field.cells[patch.cell];
+  const std::vector<int> lights = lights_in_reach(integrator, patch);
+  if (lights.empty()) return;
+  const auto node_at = [&](std::size_t time, std::size_t place) -> std::optional<Node> {
+    const std::uint32_t node = cell.nodes[16 * time + place];
+    const PathExit* exit = find_exit(field, node, patch.signature);
+    if (!exit) return std::nullopt;
+    return integrator.node_values(node, *exit);
+  };
+  for (const Moment& moment : integrator.within(integrator.moments, cell)) {
+    const BetweenNodes t = between_nodes(field, cell, moment.span_share);
+    for_loose_triangles(
+        t, field.times, node_at,
+        [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
+          for (const int light : lights) integrator.add_triangle(light, moment, a, b, c);
+        });
+  }
+}
+
+// Environment and coverage of a cell of the surface.
+struct SurfaceCell {
+  Integrator& integrator;
+  const FieldCell& cell;
+
+  Node values(std::size_t place) const {
+    const std::uint32_t n = cell.nodes[place];
+    Node v = integrator.node_values(n, {});
+    v[light] = integrator.field.nodes[n].throughput;
     return v;
   }
 
-  void add_surface(const std::array<std::uint32_t, 4>& quad) {
-    const int env = static_cast<int>(cones.size());
-    const Triangles t =
-        triangles_of(quad, [&](std::size_t k) { return field.nodes[quad[k]].visible; });
-    for (int i = 0; i < t.count; ++i) {
-      ConePolygon polygon;
-      polygon.count = 0;
-      for (const std::uint32_t node : t.list[static_cast<std::size_t>(i)]) {
-        ConeVertex v = vertex(node);
-        v.throughput = field.nodes[node].throughput;
-        polygon.vertices[static_cast<std::size_t>(polygon.count++)] = v;
-      }
-      deposit(window, env, travel, polygon, time_share);
-      for (int k = 0; k < 3; ++k) polygon.vertices[static_cast<std::size_t>(k)].throughput = 1;
-      deposit(window, env + 1, travel, polygon, time_share);
-    }
-  }
-
-  void add_triangle(const Triangle& triangle, std::uint64_t signature, const Cone& cone,
-                    int plane) {
+  void add(const Moment& moment, const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) const {
     ConePolygon polygon;
-    polygon.count = 0;
-    for (const std::uint32_t node : triangle) {
-      ConeVertex v = vertex(node);
-      const PathExit* exit = find_exit(field, node, signature);
-      if (!gnomonic(cone, exit->direction, v)) return;
-      v.throughput = exit->throughput;
-      polygon.vertices[static_cast<std::size_t>(polygon.count++)] = v;
+    polygon.vertices[0] = a;
+    polygon.vertices[1] = b;
+    polygon.vertices[2] = c;
+    polygon.count = 3;
+    clip_to_facing(polygon);
+    const int env = static_cast<int>(integrator.cones.size());
+    deposit(integrator.window, env, moment.travel, polygon, moment.time_share);
+    for (int k = 0; k < polygon.count; ++k) {
+      polygon.vertices[static_cast<std::size_t>(k)].throughput = 1;
     }
-    clip_to_cone(cone, polygon);
-    const double sine = std::sin(cone.half_angle_rad);
-    deposit(window, plane, travel, polygon, time_share / (std::numbers::pi * sine * sine));
+    deposit(integrator.window, env + 1, moment.travel, polygon, moment.time_share);
   }
 
-  void add_path(const std::array<std::uint32_t, 4>& quad, std::uint64_t signature) {
-    Eigen::Vector3d centre = {0, 0, 0};
-    std::array<const PathExit*, 4> exits = {};
-    bool lit = false;
-    for (std::size_t k = 0; k < 4; ++k) {
-      exits[k] = find_exit(field, quad[k], signature);
-      if (!exits[k]) continue;
-      centre += exits[k]->direction;
-      lit = lit || exits[k]->throughput > 0;
+  // Twice as fine as the nodes where the outline passes: a chord's bulge shrinks to a quarter.
+  void add_whole(const CellPolynomial& polynomial, bool at_outline, const Moment& moment) const {
+    const Patch net = polynomial.at(share_of_cell(cell, moment));
+    const std::size_t steps = (cell_side - 1) * (at_outline ? 2 : 1);
+    std::array<std::array<ConeVertex, 2 * cell_side - 1>, 2 * cell_side - 1> grid;
+    for (std::size_t j = 0; j <= steps; ++j) {
+      for (std::size_t i = 0; i <= steps; ++i) {
+        grid[j][i] = patch_corner(net, {}, static_cast<double>(i) / static_cast<double>(steps),
+                                  static_cast<double>(j) / static_cast<double>(steps));
+      }
     }
-    if (!lit) return;
-    const double length = centre.norm();
-    if (length < 1e-6) return;  // directions all around: no linear map; the depth ran out
-    centre /= length;
-    double radius = 0;
-    for (const PathExit* exit : exits) {
-      if (exit) radius = std::max(radius, (exit->direction - centre).norm());
-    }
-    // Chords are shorter than arcs, and the 16-gon's corners stand out.
-    const double reach = 1.05 * radius + 1.02 * lights.half_angle_rad;
-    const double cosine = std::cos(std::min(reach, std::numbers::pi));
-    const Triangles t = triangles_of(quad, [&](std::size_t k) { return exits[k] != nullptr; });
-    for (std::size_t light = 0; light < cones.size(); ++light) {
-      if (centre.dot(cones[light].axis) < cosine) continue;
-      for (int i = 0; i < t.count; ++i) {
-        add_triangle(t.list[static_cast<std::size_t>(i)], signature, cones[light],
-                     static_cast<int>(light));
+    for (std::size_t j = 0; j < steps; ++j) {
+      for (std::size_t i = 0; i < steps; ++i) {
+        add(moment, grid[j][i], grid[j][i + 1], grid[j + 1][i + 1]);
+        add(moment, grid[j][i], grid[j + 1][i + 1], grid[j + 1][i]);
       }
     }
   }
 
-  void add_quad(const std::array<std::uint32_t, 4>& quad) {
-    add_surface(quad);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const FieldNode& node = field.nodes[quad[k]];
-      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
-        const std::uint64_t signature = field.exits[node.first_exit + e].signature;
-        bool seen = false;
-        for (std::size_t before = 0; before < k && !seen; ++before) {
-          seen = find_exit(field, quad[before], signature) != nullptr;
-        }
-        if (!seen) add_path(quad, signature);
-      }
+  void add_loose(const Moment& moment) const {
+    const ExitField& field = integrator.field;
+    const auto node_at = [&](std::size_t time, std::size_t place) -> std::optional<Node> {
+      if (!field.nodes[cell.nodes[16 * time + place]].known) return std::nullopt;
+      return values(16 * time + place);
+    };
+    for_loose_triangles(between_nodes(field, cell, moment.span_share), field.times, node_at,
+                        [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
+                          add(moment, a, b, c);
+                        });
+  }
+
+  void integrate() const {
+    const auto count = static_cast<std::size_t>(16 * integrator.field.times);
+    bool whole = true, behind = false;
+    for (std::size_t n = 0; n < count; ++n) {
+      const FieldNode& node = integrator.field.nodes[cell.nodes[n]];
+      whole = whole && node.known;
+      behind = behind || node.facing <= 0;
     }
+    const auto moments = integrator.within(integrator.surface_moments, cell);
+    if (!whole) {
+      for (const Moment& moment : moments) add_loose(moment);
+      return;
+    }
+    const CellPolynomial polynomial(integrator.field.times,
+                                    [&](std::size_t place) { return values(place); });
+    for (const Moment& moment : moments) add_whole(polynomial, behind, moment);
   }
 };
 
 }  // namespace
 
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
-                      const Travel& travel, double time_share, StreakWindow& window) {
-  Integrator integrator{field, lights, frame, travel, time_share, window};
+                      std::span<const Moment> moments, std::span<const Moment> surface_moments,
+                      StreakWindow& window) {
+  Integrator integrator{.field = field,
+                        .frame = frame,
+                        .moments = moments,
+                        .surface_moments = surface_moments,
+                        .window = window};
   for (const Eigen::Vector3d& axis : lights.directions) {
     integrator.cones.push_back(make_cone(axis, lights.half_angle_rad));
   }
-  for (const auto& quad : field.quads) integrator.add_quad(quad);
+  const double sine = std::sin(lights.half_angle_rad);
+  integrator.weight = 1 / (std::numbers::pi * sine * sine);
+  for (const FieldPatch& patch : field.patches) {
+    if (patch.smooth) {
+      SmoothPatch(integrator, patch).integrate();
+    } else {
+      integrate_loose_patch(integrator, patch);
+    }
+  }
+  for (const std::uint32_t cell : field.surfaces) {
+    SurfaceCell{.integrator = integrator, .cell = field.cells[cell]}.integrate();
+  }
 }
 
 }  // namespace pluvia

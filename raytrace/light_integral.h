@@ -1,17 +1,29 @@
-// From the exit-direction field of one instant to light in the streak's pixels: every point light
-// (a cone of uniform radiance), a uniform environment and the coverage, all from the one field.
+// From the exit-direction field of a span of time to light in the streak's pixels: every point
+// light (a cone of uniform radiance), a uniform environment and the coverage, all from the one
+// field.
 #pragma once
+
+#include <span>
 
 #include "raytrace/exit_field.h"
 #include "raytrace/streak_frame.h"
 
 namespace pluvia {
 
-// Adds the field's picture during one slice of time to the window's planes: plane k is light k,
-// then the environment, then coverage. Values are averages over pixel area and over the slice,
-// times time_share: lights per unit irradiance on a plane facing them, L = E / (pi sin^2
-// half_angle) inside the cone [1/sr].
+// A moment that stands for a slice of time: the drop as it is then, spread over the rows that it
+// passes during the slice.
+struct Moment {
+  double span_share = 0;  // where in the field's span, 0 .. 1
+  Travel travel = {};
+  double time_share = 1;  // of the whole exposure
+};
+
+// Adds the field's picture to the window's planes: plane k is light k at each of `moments`, then
+// come the environment and coverage at each of `surface_moments` (ascending both). Values are
+// averages over pixel area and over time: lights per unit irradiance on a plane facing them, L = E /
+// (pi sin^2 half_angle) inside the cone [1/sr].
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
-                      const Travel& travel, double time_share, StreakWindow& window);
+                      std::span<const Moment> moments, std::span<const Moment> surface_moments,
+                      StreakWindow& window);
 
 }  // namespace pluvia

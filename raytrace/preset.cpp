@@ -85,10 +85,10 @@ void read_sets(const std::string& file, Preset& preset) {
 
 void read_accuracy(TomlReader accuracy, Preset& preset) {
   accuracy.required("slices", preset.slices, 1, 1000000);
-  accuracy.required("base_cells", preset.field.base_cells, 4, 256);
-  accuracy.required("bend_depth", preset.field.bend_depth, 0, 6);
-  accuracy.required("break_depth", preset.field.break_depth, 0, 6);
-  accuracy.required("silhouette_depth", preset.field.silhouette_depth, 0, 6);
+  accuracy.required("spans_per_period", preset.spans_per_period, {0, 1000, true});
+  accuracy.required("base_cells", preset.field.base_cells, 2, 256);
+  accuracy.required("space_depth", preset.field.space_depth, 0, 8);
+  accuracy.required("time_depth", preset.field.time_depth, 0, 8);
   accuracy.required("bend_tolerance", preset.field.bend_tolerance, {0, 10, true});
   accuracy.finish();
 }
@@ -214,10 +214,10 @@ std::string preset_parameters(const Preset& preset) {
                                      {"cone_half_angle_deg", preset.cone_half_angle_deg},
                                      {"width_px", preset.width_px},
                                      {"slices", preset.slices},
+                                     {"spans_per_period", preset.spans_per_period},
                                      {"base_cells", preset.field.base_cells},
-                                     {"bend_depth", preset.field.bend_depth},
-                                     {"break_depth", preset.field.break_depth},
-                                     {"silhouette_depth", preset.field.silhouette_depth},
+                                     {"space_depth", preset.field.space_depth},
+                                     {"time_depth", preset.field.time_depth},
                                      {"bend_tolerance", preset.field.bend_tolerance}};
   return parameters.dump();
 }
@@ -245,6 +245,7 @@ StreakRequest shard_request(const Preset& preset, const ShardKey& key) {
   request.frame = gn2006_frame(preset, key.view_elevation_deg);
   request.field = preset.field;
   request.slices = preset.slices;
+  request.spans_per_period = preset.spans_per_period;
   // A shard's seed follows from its key, so that it can be traced alone and gives the same bytes.
   request.seed = preset.seed * 1000003u + static_cast<std::uint64_t>(key.oscillation) * 1009u +
                  static_cast<std::uint64_t>(key.view_elevation_deg + 90);

@@ -29,6 +29,7 @@ struct Preset {
   double cone_half_angle_deg = 0;
   int width_px = 0;  // a power of two, 4 .. 64
   int slices = 0;    // per replicate
+  double spans_per_period = 0;  // of the fastest mode
   FieldOptions field = {};
   unsigned long long seed = 0;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -15,12 +16,15 @@ namespace pluvia {
 namespace {
 
 constexpr int replicates = 2;
-constexpr int slices_per_block = 12;  // fixed: blocks, not threads, decide the order of additions
-constexpr int rigid_grids = 8;        // per replicate
+constexpr int rigid_grids = 8;  // per replicate
 
+// The surface moves and turns slowly: its environment and coverage take every fourth slice's time.
+constexpr int slices_per_surface_moment = 4;
+
+// One span of one replicate: the unit of work, and of the order of additions.
 struct Block {
   int replicate = 0;
-  int first = 0, count = 0;  // slices
+  int span = 0;
 };
 
 struct BlockResult {
@@ -46,25 +50,76 @@ struct StreakJob {
   View view = {};
   ConeLights lights = {};
   bool rigid = false;
-  int slices = 0;
+  int spans = 1;            // of a replicate
+  int slices_per_span = 1;  // all but the last slice of replicate 1, which has one more, are alike
 
+  int slices() const { return spans * slices_per_span; }
   int planes() const { return static_cast<int>(lights.directions.size()) + 2; }
 
-  Travel travel(int slice) const {
+  // Where slice s of a replicate begins, as a share of the exposure. Replicate 1 is shifted by half
+  // a slice: its first slice is half as long, and a last half one is added.
+  double slice_start(int replicate, int s) const {
+    return std::clamp((s - 0.5 * replicate) / slices(), 0.0, 1.0);
+  }
+
+  int first_slice(const Block& block) const { return block.span * slices_per_span; }
+
+  int end_slice(const Block& block) const {
+    return (block.span + 1) * slices_per_span +
+           (block.replicate == 1 && block.span + 1 == spans ? 1 : 0);
+  }
+
+  Travel travel(double first, double last) const {
     const StreakFrame& frame = request.frame;
-    if (rigid) return {frame.path_top_row, frame.path_top_row + frame.path_rows};
-    return {frame.path_top_row + frame.path_rows * slice / slices,
-            frame.path_top_row + frame.path_rows * (slice + 1) / slices};
+    return {frame.path_top_row + frame.path_rows * first,
+            frame.path_top_row + frame.path_rows * last};
+  }
+
+  // Moments in the middle of runs of `run` slices each.
+  std::vector<Moment> moments(const Block& block, int run) const {
+    const int end = end_slice(block);
+    const double from = slice_start(block.replicate, first_slice(block));
+    const double to = slice_start(block.replicate, end);
+    std::vector<Moment> list;
+    for (int s = first_slice(block); s < end; s += run) {
+      const double first = slice_start(block.replicate, s);
+      const double last = slice_start(block.replicate, std::min(s + run, end));
+      list.push_back({.span_share = (0.5 * (first + last) - from) / (to - from),
+                      .travel = travel(first, last),
+                      .time_share = last - first});
+    }
+    return list;
   }
 
   BlockResult trace(const Block& block) const {
+    FieldOptions options = request.field;
+    options.rotation_rad =
+        2 * std::numbers::pi * uniform_hash(request.seed, block.replicate, 2 * block.span);
+    options.shift = uniform_hash(request.seed, block.replicate, 2 * block.span + 1) - 0.5;
     BlockResult result;
     result.replicate = block.replicate;
-    const double radius = request.drop.mean_radius_m * drop_bound();
-    result.window = make_window(request.frame, planes(), radius, travel(block.first).first_row,
-                                travel(block.first + block.count - 1).last_row);
-    for (int s = block.first; s < block.first + block.count; ++s) trace_slice(s, result);
+    if (rigid) {
+      const Moment whole = {.span_share = 0, .travel = travel(0, 1), .time_share = 1.0 / spans};
+      add({0, 0}, options, {&whole, 1}, {&whole, 1}, result);
+      return result;
+    }
+    const TimeSpan span = {
+        request.exposure_s * slice_start(block.replicate, first_slice(block)),
+        request.exposure_s * slice_start(block.replicate, end_slice(block))};
+    add(span, options, moments(block, 1), moments(block, slices_per_surface_moment), result);
     return result;
+  }
+
+  void add(const TimeSpan& span, const FieldOptions& options,
+           std::span<const Moment> lit, std::span<const Moment> surface,
+           BlockResult& result) const {
+    const double radius = request.drop.mean_radius_m * drop_bound();
+    result.window = make_window(request.frame, planes(), radius, lit.front().travel.first_row,
+                                lit.back().travel.last_row);
+    const ExitField field = trace_exit_field(request.drop, span, view, lights, options);
+    integrate_lights(field, lights, request.frame, lit, surface, result.window);
+    result.remainder = field.remainder;
+    result.traced_nodes = field.traced_nodes;
   }
 
   // Largest radius over r0 at any time: the sum of all amplitudes, and the shift of the centroid.
@@ -73,21 +128,6 @@ struct StreakJob {
     for (Mode& mode : widest.modes) mode.phase_rad = std::numbers::pi / 2;
     const DropInstant instant = drop_at(widest, 0);
     return 1.1 * instant.bound_h + instant.origin_m.norm() / request.drop.mean_radius_m;
-  }
-
-  void trace_slice(int slice, BlockResult& result) const {
-    const double share = (slice + (result.replicate == 0 ? 0.25 : 0.75)) / slices;
-    const DropInstant drop = drop_at(request.drop, rigid ? 0 : share * request.exposure_s);
-    FieldOptions options = request.field;
-    const double u = uniform_hash(request.seed, result.replicate, 2 * slice);
-    options.rotation_rad = 2 * std::numbers::pi * u;
-    options.shift = uniform_hash(request.seed, result.replicate, 2 * slice + 1) - 0.5;
-    const ExitField field = trace_exit_field(drop, view, lights, options);
-    integrate_lights(field, lights, request.frame, travel(slice), 1.0 / slices, result.window);
-    result.remainder.beyond_order += field.remainder.beyond_order;
-    result.remainder.given_up += field.remainder.given_up;
-    result.remainder.lost += field.remainder.lost;
-    result.traced_nodes += field.traced_nodes;
   }
 };
 
@@ -138,14 +178,35 @@ void refuse_thin_drop(const StreakRequest& request) {
   }
 }
 
-std::vector<Block> make_blocks(int slices) {
+std::vector<Block> make_blocks(int spans) {
   std::vector<Block> blocks;
   for (int r = 0; r < replicates; ++r) {
-    for (int first = 0; first < slices; first += slices_per_block) {
-      blocks.push_back({r, first, std::min(slices_per_block, slices - first)});
-    }
+    for (int span = 0; span < spans; ++span) blocks.push_back({r, span});
   }
   return blocks;
+}
+
+StreakJob make_job(const StreakRequest& request) {
+  StreakJob job{.request = request};
+  job.view = view_from_elevation(request.view_elevation_deg);
+  job.lights.half_angle_rad = request.cone_half_angle_rad;
+  for (const LightDirection& l : request.lights) {
+    job.lights.directions.push_back(light_direction(l.elevation_deg, l.azimuth_deg));
+  }
+  job.rigid = is_rigid(request.drop);
+  if (job.rigid) {
+    job.spans = rigid_grids;
+    return job;
+  }
+  double fastest_rad_s = 0;
+  for (const Mode& mode : request.drop.modes) {
+    if (mode.amplitude == 0) continue;
+    fastest_rad_s = std::max(fastest_rad_s, mode_frequency_rad_s(request.drop, mode.n));
+  }
+  const double periods = fastest_rad_s * request.exposure_s / (2 * std::numbers::pi);
+  job.spans = std::max(1, static_cast<int>(std::ceil(periods * request.spans_per_period)));
+  job.slices_per_span = (std::max(1, request.slices) + job.spans - 1) / job.spans;
+  return job;
 }
 
 }  // namespace
@@ -153,15 +214,7 @@ std::vector<Block> make_blocks(int slices) {
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress) {
   refuse_thin_drop(request);
-  StreakJob job{request};
-  job.view = view_from_elevation(request.view_elevation_deg);
-  job.lights.half_angle_rad = request.cone_half_angle_rad;
-  for (const LightDirection& l : request.lights) {
-    job.lights.directions.push_back(light_direction(l.elevation_deg, l.azimuth_deg));
-  }
-  job.rigid = is_rigid(request.drop);
-  job.slices = job.rigid ? rigid_grids : request.slices;
-
+  const StreakJob job = make_job(request);
   Sums sums;
   sums.plane_size = static_cast<std::size_t>(request.frame.width_px) *
                     static_cast<std::size_t>(request.frame.height_px);
@@ -169,14 +222,14 @@ TracedStreak trace_streak(const StreakRequest& request,
     values.assign(sums.plane_size * static_cast<std::size_t>(job.planes()), 0.0);
   }
   TracedStreak streak;
-  const std::vector<Block> blocks = make_blocks(job.slices);
+  const std::vector<Block> blocks = make_blocks(job.spans);
   std::size_t next = 0, done = 0;
-  const auto feed = [&](tbb::flow_control& control) {
+  const auto feed = [&](tbb::flow_control& control) -> std::size_t {
     if (next == blocks.size()) {
       control.stop();
-      return Block{};
+      return 0;
     }
-    return blocks[next++];
+    return next++;
   };
   const auto collect = [&](BlockResult block) {
     add_window(sums, request.frame, block);
@@ -186,9 +239,10 @@ TracedStreak trace_streak(const StreakRequest& request,
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(blocks.size()));
   };
   tbb::parallel_pipeline(
-      8, tbb::make_filter<void, Block>(tbb::filter_mode::serial_in_order, feed) &
-             tbb::make_filter<Block, BlockResult>(tbb::filter_mode::parallel,
-                                                  [&](const Block& b) { return job.trace(b); }) &
+      8, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, feed) &
+             tbb::make_filter<std::size_t, BlockResult>(
+                 tbb::filter_mode::parallel,
+                 [&](std::size_t index) { return job.trace(blocks[index]); }) &
              tbb::make_filter<BlockResult, void>(tbb::filter_mode::serial_in_order, collect));
   if (streak.traced_nodes > 0) {
     streak.beyond_order /= static_cast<double>(streak.traced_nodes);

@@ -1,10 +1,10 @@
 // One shard: the streak of one oscillation seen from one direction, for all its lights at once.
 //
-// The exposure is cut into slices. In each, the drop's exit field is traced at one instant and its
-// light deposited over the rows that the drop passes during the slice. The whole is done twice, as
-// two replicates with half the instants each (at 1/4 and 3/4 of every slice) and differently turned
-// and shifted grids; the result is their mean, and ((a - b) / 2)^2 its variance: the noise of
-// sampling time and grid. A bias that both share (a field too coarse) is not in it. A rigid
+// The exposure is cut into spans; over each the drop's exit field is traced (exit_field.h), and its
+// light deposited at several moments, each for the slice of time around it, over the rows that the
+// drop passes in it. The whole is done twice, as two replicates with differently turned and shifted
+// grids and with slices that lie half a slice apart; the result is their mean, and ((a - b) / 2)^2
+// its variance: the noise of sampling time and grid. A bias that both share is not in it. A rigid
 // drop needs no time: a few differently turned grids, each smeared over the whole path.
 #pragma once
 
@@ -18,7 +18,7 @@
 namespace pluvia {
 
 // Raised by every change that alters a shard's bytes: a database of another version is not resumed.
-constexpr int tracer_version = 1;
+constexpr int tracer_version = 2;
 
 // A drop whose surface comes nearer to its centre, over its mean radius, is refused: the two modes
 // no longer describe water there.
@@ -32,8 +32,9 @@ struct StreakRequest {
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
   FieldOptions field = {};
-  int slices = 264;        // per replicate
-  std::uint64_t seed = 1;  // of the grids' turns and shifts
+  int slices = 512;              // per replicate, at least
+  double spans_per_period = 12;  // of the fastest mode
+  std::uint64_t seed = 1;        // of the grids' turns and shifts
 };
 
 struct TracedStreak {

@@ -44,8 +44,8 @@ TEST(BruteForce, FieldAgreesWithinFourStandardErrors) {
   StreakRequest request = short_request(0.11, 0.1);
   request.lights = {{10, 150}, {-30, 130}, {30, 170}, {10, 170}};
   request.slices = 48;
-  request.field.base_cells = 16;
-  request.field.bend_depth = request.field.break_depth = request.field.silhouette_depth = 2;
+  request.field.base_cells = 10;
+  request.field.space_depth = 2;
   const TracedStreak field = trace_streak(request);
   const BruteStreak brute = brute_force_streak(
       request, {.replicates = 16, .instants = 48, .rays_per_instant = 3000, .seed = 11});

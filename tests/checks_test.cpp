@@ -51,7 +51,8 @@ TEST(Checks, FurnaceFailsWhenLightIsLost) {
   Preset preset = gn2006();
   preset.sets.resize(2);
   preset.width_px = 8;
-  preset.field.silhouette_depth = preset.field.break_depth = preset.field.bend_depth = 1;
+  preset.field.space_depth = 1;
+  preset.field.time_depth = 0;
   Report whole, cut;
   add_energy_check(preset, whole);
   EXPECT_TRUE(passes(check_named(whole, "furnace"))) << check_named(whole, "furnace").value;

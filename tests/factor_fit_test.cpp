@@ -15,7 +15,7 @@ namespace {
 Preset coarse_preset() {
   Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml");
   preset.field.base_cells = 8;
-  preset.field.bend_depth = preset.field.break_depth = preset.field.silhouette_depth = 1;
+  preset.field.space_depth = 1;
   return preset;
 }
 

@@ -34,15 +34,16 @@ std::vector<double> fluxes(const DropInstant& drop, const View& view, const Cone
   const StreakFrame frame = one_pixel(4e-3);
   const int planes = static_cast<int>(lights.directions.size()) + 2;
   StreakWindow window = make_window(frame, planes, 1.6e-3, 0.5, 0.5);
-  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, {0.5, 0.5},
-                   time_share, window);
+  const Moment moment = {.travel = {0.5, 0.5}, .time_share = time_share};
+  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, {&moment, 1},
+                   {&moment, 1}, window);
   for (double& value : window.values) value *= 16;  // pixel area over r0^2
   return window.values;
 }
 
 FieldOptions deep(int depth) {
   FieldOptions options;
-  options.bend_depth = options.break_depth = options.silhouette_depth = depth;
+  options.space_depth = depth;
   return options;
 }
 
@@ -69,7 +70,6 @@ TEST(LightIntegral, ASpheresFluxIsTheClosedFormsFromEverySide) {
   const std::vector<double> angles = {0, 10, 25, 42, 51, 60, 75, 97, 120, 140, 160, 180};
   for (const double a : angles) directions.push_back(light_direction(0, a));
   FieldOptions options = deep(3);
-  options.bend_tolerance = 0.03;
   const auto flux = dithered_fluxes(frozen_drop({}), view_from_elevation(0),
                                     lights_at(directions, cone), options);
   for (std::size_t k = 0; k < angles.size(); ++k) {
@@ -133,8 +133,9 @@ std::vector<double> picture(const DropInstant& drop, const Eigen::Vector3d& ligh
   StreakWindow window = make_window(frame, 3, 1.6e-3, 12, 24);
   const ConeLights lights = lights_at({light}, 5);
   FieldOptions options = deep(3);
+  const Moment moment = {.travel = {12, 24}};
   integrate_lights(trace_exit_field(drop, view_from_elevation(0), lights, options), lights, frame,
-                   {12, 24}, 1, window);
+                   {&moment, 1}, {&moment, 1}, window);
   window.values.resize(static_cast<std::size_t>(window.rows * window.width_px));  // the light's
   return window.values;
 }
@@ -149,7 +150,8 @@ TEST(LightIntegral, TheTopOfTheDropIsTheTopOfThePicture) {
   StreakWindow window = make_window(frame, 2, 1.3e-3, 6, 6);
   const DropInstant drop = frozen_drop({{.n = 3, .amplitude = 0.2}});
   const ExitField field = trace_exit_field(drop, view_from_elevation(0), lights_at({}, 5), deep(3));
-  integrate_lights(field, lights_at({}, 5), frame, {6, 6}, 1, window);
+  const Moment moment = {.travel = {6, 6}};
+  integrate_lights(field, lights_at({}, 5), frame, {&moment, 1}, {&moment, 1}, window);
   const auto covered = [&](int row) {
     const double* columns = window.row(1, row - window.first_row);
     return std::accumulate(columns, columns + 12, 0.0);

@@ -35,11 +35,11 @@ oscillations = [0, 3]
 
 [accuracy]
 slices = 3
+spans_per_period = 1
 base_cells = 4
-bend_depth = 0
-break_depth = 0
-silhouette_depth = 0
-bend_tolerance = 0.25
+space_depth = 0
+time_depth = 0
+bend_tolerance = 0.3
 )";
 
 inline constexpr const char* tiny_sets = R"([[set]]

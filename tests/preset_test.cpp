@@ -184,9 +184,9 @@ TEST(Preset, ParametersTellEveryFieldThatChangesTheBytes) {
       {"width_px", [](Preset& p) { p.width_px = 8; }},
       {"slices", [](Preset& p) { p.slices = 4; }},
       {"base_cells", [](Preset& p) { p.field.base_cells = 5; }},
-      {"bend_depth", [](Preset& p) { p.field.bend_depth = 1; }},
-      {"break_depth", [](Preset& p) { p.field.break_depth = 1; }},
-      {"silhouette_depth", [](Preset& p) { p.field.silhouette_depth = 1; }},
+      {"spans_per_period", [](Preset& p) { p.spans_per_period = 2; }},
+      {"space_depth", [](Preset& p) { p.field.space_depth = 1; }},
+      {"time_depth", [](Preset& p) { p.field.time_depth = 1; }},
       {"bend_tolerance", [](Preset& p) { p.field.bend_tolerance += 1e-12; }}};
   const Preset preset = tiny();
   for (const auto& [field, change] : changes) {

@@ -27,11 +27,11 @@ StreakRequest small_request(double a20, double a31) {
                    .centre_column = 8,
                    .path_top_row = 12,
                    .path_rows = 40};
-  request.field.base_cells = 12;
-  request.field.bend_depth = 1;
-  request.field.break_depth = 1;
-  request.field.silhouette_depth = 1;
-  request.slices = 24;
+  request.field.base_cells = 8;
+  request.field.space_depth = 1;
+  request.field.time_depth = 0;
+  request.slices = 40;
+  request.spans_per_period = 4;
   return request;
 }
 
@@ -76,7 +76,7 @@ TEST(StreakTracer, SameBytesForOneThreadAndFour) {
   StreakRequest request = small_request(0.11, 0.1);
   request.slices = 240;
   request.field.base_cells = 4;
-  request.field.bend_depth = request.field.break_depth = request.field.silhouette_depth = 0;
+  request.field.space_depth = 0;
   request.frame.path_rows = 4;
   const TracedStreak one = trace_with(1, request), two = trace_with(4, request);
   const auto a = images_of(one), b = images_of(two);
@@ -119,8 +119,7 @@ TEST(StreakTracer, RigidSphereReturnsTheEnergyOfItsOrders) {
   // Orders 0 to 3 of a sphere of index 1.333 return 0.99682 of a uniform environment (the sum of
   // data/tables/sphere_energy_fractions.csv); the bound is that of the report's furnace.
   StreakRequest request = small_request(0, 0);
-  request.field.base_cells = 16;
-  request.field.silhouette_depth = request.field.break_depth = 3;
+  request.field.base_cells = 12;
   const TracedStreak streak = trace_streak(request);
   EXPECT_NEAR(sum(streak.env.mean) / sum(streak.coverage.mean), 0.99682, 5e-4);
   EXPECT_NEAR(streak.lost, 0, 1e-5);
@@ -201,9 +200,11 @@ TEST(StreakTracer, EstimatedVarianceCoversTheErrorOfTheFlux) {
   StreakRequest request = small_request(0.11, 0.1);
   request.lights = {{10, 150}, {-30, 130}, {10, 90}, {50, 170}, {70, 30}, {10, 170}};
   StreakRequest fine = request;
-  fine.slices = 96;
-  fine.field.base_cells = 24;
-  fine.field.bend_depth = fine.field.break_depth = fine.field.silhouette_depth = 2;
+  fine.slices = 160;
+  fine.spans_per_period = 8;
+  fine.field.base_cells = 12;
+  fine.field.space_depth = 2;
+  fine.field.time_depth = 1;
   const TracedStreak truth = trace_streak(fine);
   double error = 0, estimate = 0;
   for (const std::uint64_t seed : {1, 2}) {

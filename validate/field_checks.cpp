@@ -112,9 +112,11 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
   Preset narrow = preset;
   narrow.width_px = 16;
   narrow.cone_half_angle_deg = 5;
-  narrow.slices = 264;
-  narrow.field.base_cells = 16;
-  narrow.field.bend_depth = narrow.field.break_depth = narrow.field.silhouette_depth = 3;
+  narrow.slices = 512;
+  narrow.spans_per_period = 8;
+  narrow.field.base_cells = 10;
+  narrow.field.space_depth = 2;
+  narrow.field.time_depth = 1;
   const StreakRequest request = shard_request(narrow, compared_shard);
 
   auto start = std::chrono::steady_clock::now();

@@ -127,9 +127,9 @@ void add_intensity(const DropInstant& sphere, Report& report) {
   StreakWindow window = make_window(frame, static_cast<int>(angles.size()) + 2, radius_m, 0.5, 0.5);
   FieldOptions options;
   options.paths.refractive_index = water_index;
-  options.bend_depth = options.break_depth = options.silhouette_depth = 4;
   const ExitField field = trace_exit_field(sphere, view_from_elevation(0), lights, options);
-  integrate_lights(field, lights, frame, {0.5, 0.5}, 1, window);
+  const Moment moment = {.travel = {0.5, 0.5}};
+  integrate_lights(field, lights, frame, {&moment, 1}, {&moment, 1}, window);
   double square = 0;
   Curve traced{"exit field, 1 degree cone", {}, {}, {}}, closed{"closed form", {}, {}, {}};
   for (std::size_t k = 0; k < angles.size(); ++k) {
