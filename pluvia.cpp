@@ -241,10 +241,27 @@ struct FitFactorsFlags {
   std::string factors = {}, preset = {}, out = {};
 };
 
+void print_sets(const pluvia::AmplitudeFit& fit) {
+  for (const pluvia::SetAmplitudes& set : fit.sets) {
+    fmt::print("set {}:", set.oscillation);
+    for (const pluvia::Estimate& value : set.values) {
+      fmt::print(" {};", pluvia::estimate_line(value));
+    }
+    fmt::print(" rms {:.3f} fitted, {:.3f} judged ({:.3f} with the preset's)\n", set.rms_fitted,
+               set.rms_judged, set.rms_judged_preset);
+  }
+  fmt::print("{} streaks traced, their logarithms good to {:.4f}{}\n", fit.traced, fit.log10_noise,
+             fit.converged ? "" : "; not converged");
+}
+
 void fit_factors(const FitFactorsFlags& flags) {
-  const pluvia::FactorFit fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
-                                                    pluvia::read_real_factors(flags.factors));
-  pluvia::write_factor_fit(flags.out, fit);
+  const pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const auto factors = pluvia::read_real_factors(flags.factors);
+  const pluvia::FactorFit fit = pluvia::fit_factors(preset, factors);
+  ProgressLine progress;
+  const pluvia::AmplitudeFit amplitudes =
+      pluvia::fit_amplitudes(preset, factors, {}, [&](double share) { progress("tables", share); });
+  pluvia::write_factor_fit(flags.out, fit, amplitudes);
   const pluvia::FittedValue& cone = fit.cone;
   fmt::print("{} {} (from {})\n", cone.name,
              cone.identifiable ? fmt::format("{:.3f} +- {:.3f}", cone.value, cone.standard_error)
@@ -252,6 +269,7 @@ void fit_factors(const FitFactorsFlags& flags) {
              cone.start);
   fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}{}\n", fit.rms_after, fit.rms_before,
              fit.converged ? "" : "; not converged");
+  print_sets(amplitudes);
 }
 
 // CLI::Range lets nan pass: it is neither below the range nor above.
@@ -392,7 +410,9 @@ CLI::App* add_fit_streak(CLI::App& fit, FitStreakFlags& flags) {
 
 CLI::App* add_fit_factors(CLI::App& fit, FitFactorsFlags& flags) {
   CLI::App* command =
-      fit.add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
+      fit.add_subcommand("factors",
+                         "the 2006 light's cone and its drops' amplitudes, from the real "
+                         "database's factors");
   flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
   command->add_option("file", flags.factors, "factors, CSV")->required();
   command->add_option("--preset", flags.preset, "values to start from")->capture_default_str();

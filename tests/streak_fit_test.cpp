@@ -25,7 +25,7 @@ StreakRequest small_request() {
   preset.width_px = 8;
   preset.slices = 12;
   preset.field.base_cells = 8;
-  preset.field.bend_depth = preset.field.break_depth = preset.field.silhouette_depth = 1;
+  preset.field.space_depth = 1;
   return shard_request(preset, {.oscillation = 0, .view_elevation_deg = 0});
 }
 
