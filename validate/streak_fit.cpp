@@ -152,6 +152,9 @@ class StreakCost final : public ceres::CostFunction {
     }
     return true;
   }
+  // At the last parameters asked for.
+  const std::vector<double>& residuals() const { return residuals_; }
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
 
  private:
   Comparison& comparison_;
@@ -165,14 +168,17 @@ struct Minimum {
   double square = 0;  // sum of squared residuals
   bool converged = false;
   FitCovariance covariance = {};
+  std::vector<double> residuals = {};
+  Eigen::MatrixXd jacobian = {};
 };
 
 Minimum polish(Comparison& comparison, const Parameters& start, int iterations) {
   Minimum minimum{.x = start};
   std::vector<double*> blocks;
   for (double& value : minimum.x) blocks.push_back(&value);
+  auto* const cost = new StreakCost(comparison, start.size());
   ceres::Problem problem;  // owns the cost
-  problem.AddResidualBlock(new StreakCost(comparison, start.size()), nullptr, blocks);
+  problem.AddResidualBlock(cost, nullptr, blocks);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = iterations;
@@ -184,6 +190,8 @@ Minimum polish(Comparison& comparison, const Parameters& start, int iterations) 
   minimum.square = 2 * summary.final_cost;
   minimum.converged = summary.termination_type == ceres::CONVERGENCE;
   minimum.covariance = fit_covariance(problem, blocks);
+  minimum.residuals = cost->residuals();
+  minimum.jacobian = cost->jacobian();
   return minimum;
 }
 
@@ -288,8 +296,7 @@ double distance(const StreakStart& a, const StreakStart& b) {
 // not as white noise: neighbouring rows share the instants that were traced.
 Eigen::MatrixXd generator_covariance(Comparison& comparison, const Minimum& best) {
   constexpr int seeds = 4;
-  const Eigen::MatrixXd jacobian = differences(comparison, best.x);
-  const std::vector<double> here = comparison.residuals(best.x);
+  const Eigen::MatrixXd& jacobian = best.jacobian;
   const std::uint64_t seed = comparison.request.seed;
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
   for (int k = 1; k <= seeds; ++k) {
@@ -297,7 +304,7 @@ Eigen::MatrixXd generator_covariance(Comparison& comparison, const Minimum& best
     const std::vector<double> there = comparison.residuals(best.x);
     Eigen::VectorXd change(jacobian.rows());
     for (std::size_t i = 0; i < there.size(); ++i) {
-      change[static_cast<Eigen::Index>(i)] = there[i] - here[i];
+      change[static_cast<Eigen::Index>(i)] = there[i] - best.residuals[i];
     }
     const Eigen::VectorXd shift = best.covariance.matrix * (jacobian.transpose() * change);
     // Of two traced streaks, the trial's and the other seed's: as between the trial and a measured
