@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -19,6 +20,7 @@
 #include "atlas/image_io.h"
 #include "oscillation/equilibrium.h"
 #include "raytrace/generate.h"
+#include "raytrace/scene_subset.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
 #include "validate/factor_fit.h"
@@ -56,8 +58,9 @@ struct ProgressLine {
 };
 
 struct GenerateFlags {
-  std::string preset = {}, out = {};
+  std::string preset = {}, out = {}, scene = {};
   std::vector<int> views = {}, oscillations = {};
+  std::vector<double> diameters_mm = {};
   std::optional<double> cone_half_angle_deg = {};
   int threads = 0;
 };
@@ -72,6 +75,51 @@ void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
       "--oscillations", fmt::format("{}; expected one of the preset's {}", oscillation, known));
 }
 
+void choose_diameters(const std::vector<double>& diameters_mm, pluvia::Preset& preset) {
+  const std::vector<int> known = pluvia::diameters_of(preset);
+  std::vector<int> chosen;
+  std::string names;
+  for (const int um : known) names += (names.empty() ? "" : ", ") + fmt::format("{}", um / 1000.0);
+  for (const double mm : diameters_mm) {
+    const auto um = static_cast<int>(std::lround(1000 * mm));
+    if (std::abs(um - 1000 * mm) > 1e-6 ||
+        std::find(known.begin(), known.end(), um) == known.end()) {
+      throw CLI::ValidationError("--diameters-mm",
+                                 fmt::format("{}; expected among the preset's {}", mm, names));
+    }
+    chosen.push_back(um);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  if (preset.physical) preset.physical->diameters_um = chosen;
+}
+
+void refuse_views_below(const pluvia::Preset& preset) {
+  for (const int view : preset.view_elevations_deg) {
+    if (view >= 0 || preset.physical) continue;
+    throw CLI::ValidationError("--views",
+                               fmt::format("{}; expected 0 .. 80 for {}", view, preset.name));
+  }
+}
+
+// Says what is left out, and what that saves.
+pluvia::Preset choose_for_scene(const pluvia::Preset& preset, const std::string& file) {
+  const auto subset = pluvia::scene_subset(preset, pluvia::read_scene(file), file);
+  for (const pluvia::SubsetRow& row : subset.rows) {
+    fmt::print("{:<12} kept     {}\n", row.what, row.kept.empty() ? "none" : row.kept);
+    if (!row.left_out.empty()) fmt::print("{:<12} left out {}\n", "", row.left_out);
+  }
+  const auto share = [](long part, long all) {
+    return 100 * (1 - static_cast<double>(part) / static_cast<double>(all));
+  };
+  fmt::print(
+      "{} of {} shards, {} of {} images: saves {:.0f} % of the images and, at one time for "
+      "each shard and band, {:.0f} % of the tracing\n",
+      subset.shards, subset.all_shards, subset.images, subset.all_images,
+      share(subset.images, subset.all_images), share(subset.tracings, subset.all_tracings));
+  return subset.preset;
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -82,18 +130,23 @@ void generate(const GenerateFlags& flags) {
   if (!flags.views.empty()) preset.view_elevations_deg = flags.views;
   if (!flags.oscillations.empty()) preset.oscillations = flags.oscillations;
   for (const int oscillation : preset.oscillations) refuse_missing_set(preset, oscillation);
+  if (!flags.diameters_mm.empty()) choose_diameters(flags.diameters_mm, preset);
+  refuse_views_below(preset);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
+  if (!flags.scene.empty()) preset = choose_for_scene(preset, flags.scene);
   const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
   fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
              summary.cpu_s, summary.found);
 }
 
 struct PackFlags {
-  std::string database = {}, out = {};
+  std::string database = {}, out = {}, band = {};
+  double diameter_mm = 0;
 };
 
 void pack(const PackFlags& flags) {
-  pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database));
+  const auto diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm));
+  pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database, {diameter_um, flags.band}));
   fmt::print("{}: packed from {}\n", flags.out, flags.database);
 }
 
@@ -290,7 +343,10 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->required();
   command->add_option("--views", flags.views, "view elevations [deg] instead of the preset's")
       ->delimiter(',')
-      ->check(CLI::Range(0, 80));
+      ->check(CLI::Range(-80, 80));
+  command->add_option("--diameters-mm", flags.diameters_mm, "some of the preset's diameters [mm]")
+      ->delimiter(',')
+      ->check(finite_range(0.01, 20));
   command->add_option("--oscillations", flags.oscillations, "sets instead of the preset's")
       ->delimiter(',')
       ->check(CLI::Range(0, 99));
@@ -299,6 +355,7 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
                    "of every light, instead of the preset's")
       ->check(finite_range(0.05, 30));
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
+  command->add_option("--for", flags.scene, "scene, TOML: trace only what it can ask for");
   command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
   return command;
 }
@@ -307,6 +364,9 @@ CLI::App* add_pack(CLI::App& app, PackFlags& flags) {
   CLI::App* command = app.add_subcommand("pack", "pack a database into the atlas a renderer reads");
   command->add_option("database", flags.database, "folder of the database")->required();
   command->add_option("--out", flags.out, "folder of the atlas")->required();
+  command->add_option("--diameter-mm", flags.diameter_mm, "of the drops, where there are several")
+      ->check(finite_range(0.001, 20));
+  command->add_option("--band", flags.band, "where there are several; R, G, B without: luminance");
   command->footer("example: pluvia pack db --out atlas");
   return command;
 }

@@ -60,16 +60,22 @@ int nearest_light(const StreakAtlas& atlas, const FoldedAngles& angles) {
 
 }  // namespace
 
+ViewsBelow views_below(const StreakAtlas& atlas) {
+  assert(!atlas.views.empty());
+  return atlas.views.front().elevation_deg < 0 ? ViewsBelow::own : ViewsBelow::flipped;
+}
+
 FoldedAngles fold_angles(double view_elevation_deg, double light_elevation_deg,
-                         double light_azimuth_deg, int oscillation) {
+                         double light_azimuth_deg, int oscillation, ViewsBelow below) {
   assert(std::abs(view_elevation_deg) <= 90 && std::abs(light_elevation_deg) <= 90);
   assert(std::isfinite(light_azimuth_deg));
+  const bool flipped = below == ViewsBelow::flipped && view_elevation_deg < 0;
   // "+ 0.0" and "0.0 -" turn a -0.0 into 0.0.
-  FoldedAngles folded = {.view_elevation_deg = std::abs(view_elevation_deg),
-                         .light_elevation_deg = view_elevation_deg < 0 ? 0.0 - light_elevation_deg
-                                                                       : light_elevation_deg + 0.0,
-                         .light_azimuth_deg = std::fmod(light_azimuth_deg, 360.0) + 0.0,
-                         .oscillation = oscillation};
+  FoldedAngles folded = {
+      .view_elevation_deg = (flipped ? -1 : 1) * view_elevation_deg + 0.0,
+      .light_elevation_deg = flipped ? 0.0 - light_elevation_deg : light_elevation_deg + 0.0,
+      .light_azimuth_deg = std::fmod(light_azimuth_deg, 360.0) + 0.0,
+      .oscillation = oscillation};
   // Now -360 < azimuth < 360; 181 and -179 are the same direction.
   if (folded.light_azimuth_deg <= -180) folded.light_azimuth_deg += 360;
   if (folded.light_azimuth_deg > 180) folded.light_azimuth_deg -= 360;

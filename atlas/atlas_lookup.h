@@ -10,17 +10,25 @@ namespace pluvia {
 // of the azimuth below it FOR THE MIRRORED DROP (sets 2 and 4, 6 and 8 swap; the others are their
 // own mirror).
 struct FoldedAngles {
-  double view_elevation_deg =
-      0;  // >= 0: the 2006 database has no views from below; e < 0 is served as
-  double light_elevation_deg = 0;  // (|e|, -v), rows kept
-  double light_azimuth_deg = 0;    // 0..180
-  int oscillation = 0;             // after the swap
-  bool mirrored = false;           // flip the picture's columns
+  double view_elevation_deg = 0;  // see ViewsBelow
+  double light_elevation_deg = 0;
+  double light_azimuth_deg = 0;  // 0..180
+  int oscillation = 0;           // after the swap
+  bool mirrored = false;         // flip the picture's columns
 };
+
+// What becomes of a view e < 0, from below. The 2006 database has none: e is served as (|e|, -v),
+// rows kept. A database with views of its own from below keeps e: such a view is no flip of one
+// from above (time order of rows, shape at rest).
+enum class ViewsBelow { flipped, own };
+
+// `own` when the atlas's first view is from below.
+ViewsBelow views_below(const StreakAtlas& atlas);
 
 // view_elevation in -90..90, light_elevation in -90..90, light_azimuth any, degrees.
 FoldedAngles fold_angles(double view_elevation_deg, double light_elevation_deg,
-                         double light_azimuth_deg, int oscillation);
+                         double light_azimuth_deg, int oscillation,
+                         ViewsBelow below = ViewsBelow::flipped);
 
 // Two neighbouring views with weights that sum to 1 (linear in elevation; beyond the last view:
 // that view alone), and the nearest light direction (smallest angle between directions; ties: lower

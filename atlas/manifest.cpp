@@ -1,5 +1,6 @@
 // The manifest of a streak database: manifest.json to struct and back.
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
@@ -68,6 +69,78 @@ ShardRecord record_at(const JsonPlace& place) {
   return record;
 }
 
+nlohmann::ordered_json json_of(const SizeRecord& size) {
+  return {{"diameter_um", size.diameter_um},
+          {"mean_radius_m", size.mean_radius_m},
+          {"fall_speed_m_s", size.fall_speed_m_s},
+          {"span_s", size.span_s},
+          {"pixel_m", size.pixel_m}};
+}
+
+void read_sizes(const JsonPlace& sizes, Manifest& manifest) {
+  for (const JsonPlace& place : elements(sizes)) {
+    const int lowest = manifest.sizes.empty() ? 1 : manifest.sizes.back().diameter_um + 1;
+    manifest.sizes.push_back({.diameter_um = integer_at(member(place, "diameter_um"), lowest,
+                                                        std::numeric_limits<int>::max()),
+                              .mean_radius_m = positive_at(member(place, "mean_radius_m")),
+                              .fall_speed_m_s = positive_at(member(place, "fall_speed_m_s")),
+                              .span_s = positive_at(member(place, "span_s")),
+                              .pixel_m = positive_at(member(place, "pixel_m"))});
+  }
+  if (manifest.sizes.empty()) throw_at(sizes, "empty; expected at least one size");
+}
+
+void read_bands(const JsonPlace& bands, Manifest& manifest) {
+  for (const JsonPlace& place : elements(bands)) {
+    manifest.bands.push_back({.name = text_at(member(place, "name")),
+                              .wavelength_nm = positive_at(member(place, "wavelength_nm")),
+                              .refractive_index = positive_at(member(place, "refractive_index"))});
+    const std::size_t count = manifest.bands.size();
+    if (count > 1 && manifest.bands[count - 2].name >= manifest.bands.back().name) {
+      throw_at(member(place, "name"),
+               "\"" + manifest.bands.back().name + "\"; expected ascending names, each once");
+    }
+  }
+}
+
+// One size: values of the manifest's own; several: a list.
+void read_all_sizes(const JsonPlace& document, Manifest& manifest) {
+  manifest.exposure_s = positive_at(member(document, "exposure_s"));
+  if (document.value->contains("sizes")) {
+    read_sizes(member(document, "sizes"), manifest);
+    read_bands(member(document, "bands"), manifest);
+    return;
+  }
+  manifest.mean_radius_m = positive_at(member(document, "mean_radius_m"));
+  manifest.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
+  manifest.pixel_m = positive_at(member(document, "pixel_m"));
+}
+
+void put_sizes(const Manifest& manifest, nlohmann::ordered_json& document) {
+  if (manifest.sizes.empty()) {
+    document["mean_radius_m"] = manifest.mean_radius_m;
+    document["exposure_s"] = manifest.exposure_s;
+    document["fall_speed_m_s"] = manifest.fall_speed_m_s;
+    document["pixel_m"] = manifest.pixel_m;
+    return;
+  }
+  document["exposure_s"] = manifest.exposure_s;
+  document["bands"] = nlohmann::ordered_json::array();
+  for (const Band& band : manifest.bands) {
+    document["bands"].push_back({{"name", band.name},
+                                 {"wavelength_nm", band.wavelength_nm},
+                                 {"refractive_index", band.refractive_index}});
+  }
+  document["sizes"] = nlohmann::ordered_json::array();
+  for (const SizeRecord& size : manifest.sizes) document["sizes"].push_back(json_of(size));
+}
+
+bool has_size(const Manifest& manifest, int diameter_um) {
+  return manifest.sizes.empty() ||
+         std::any_of(manifest.sizes.begin(), manifest.sizes.end(),
+                     [&](const SizeRecord& size) { return size.diameter_um == diameter_um; });
+}
+
 Manifest manifest_at(const JsonPlace& document) {
   check_version(document, Manifest::version);
   Manifest manifest;
@@ -81,13 +154,14 @@ Manifest manifest_at(const JsonPlace& document) {
   }
   manifest.seed = seed.value->get<unsigned long long>();
   manifest.instruction_set = text_at(member(document, "instruction_set"));
-  manifest.mean_radius_m = positive_at(member(document, "mean_radius_m"));
-  manifest.exposure_s = positive_at(member(document, "exposure_s"));
-  manifest.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
-  manifest.pixel_m = positive_at(member(document, "pixel_m"));
+  read_all_sizes(document, manifest);
   for (const JsonPlace& place : elements(member(document, "shards"))) {
     manifest.shards.push_back(record_at(place));
     const std::size_t count = manifest.shards.size();
+    if (!has_size(manifest, manifest.shards.back().key.diameter_um)) {
+      throw_at(member(place, "diameter_um"), fmt::format("{}; expected one of the sizes",
+                                                         manifest.shards.back().key.diameter_um));
+    }
     if (count > 1 &&
         order_of(manifest.shards[count - 2].key) >= order_of(manifest.shards.back().key)) {
       throw_at(place, shard_name(manifest.shards.back().key) + " after " +
@@ -100,6 +174,21 @@ Manifest manifest_at(const JsonPlace& document) {
 
 }  // namespace
 
+SizeRecord size_of(const Manifest& manifest, int diameter_um) {
+  if (manifest.sizes.empty()) {
+    return {.diameter_um = diameter_um,
+            .mean_radius_m = manifest.mean_radius_m,
+            .fall_speed_m_s = manifest.fall_speed_m_s,
+            .span_s = manifest.exposure_s,
+            .pixel_m = manifest.pixel_m};
+  }
+  for (const SizeRecord& size : manifest.sizes) {
+    if (size.diameter_um == diameter_um) return size;
+  }
+  throw std::invalid_argument(
+      fmt::format("diameter_um = {}; expected one of the manifest's sizes", diameter_um));
+}
+
 void write_manifest(const std::string& folder, const Manifest& manifest) {
   const std::string file = manifest_file(folder);
   nlohmann::ordered_json document = {
@@ -107,12 +196,9 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
       {"preset", manifest.preset},
       {"parameters", parse_json(file + ": parameters", manifest.parameters)},
       {"seed", manifest.seed},
-      {"instruction_set", manifest.instruction_set},
-      {"mean_radius_m", manifest.mean_radius_m},
-      {"exposure_s", manifest.exposure_s},
-      {"fall_speed_m_s", manifest.fall_speed_m_s},
-      {"pixel_m", manifest.pixel_m},
-      {"shards", nlohmann::ordered_json::array()}};
+      {"instruction_set", manifest.instruction_set}};
+  put_sizes(manifest, document);
+  document["shards"] = nlohmann::ordered_json::array();
   for (const ShardRecord& record : manifest.shards) document["shards"].push_back(json_of(record));
   const std::string text = document.dump(2) + "\n";
   // What cannot be read back must not be written: a NaN has turned into null here, for one.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "atlas/atlas_layout.h"
 #include "atlas/atomic_file.h"
@@ -19,15 +20,15 @@ constexpr const char* generate_again = "run `pluvia generate` again";
 
 struct Grid {  // what a database must hold: every oscillation at every view
   std::string manifest_file = {};
+  int diameter_um = 0;
   std::set<int> oscillations = {};
   std::set<int> views = {};
 };
 
 const ShardRecord& record_of(const Manifest& manifest, const Grid& grid, int oscillation,
                              int view) {
-  const ShardKey key = {.diameter_um = manifest.shards.front().key.diameter_um,
-                        .oscillation = oscillation,
-                        .view_elevation_deg = view};
+  const ShardKey key = {
+      .diameter_um = grid.diameter_um, .oscillation = oscillation, .view_elevation_deg = view};
   const auto found = std::find_if(manifest.shards.begin(), manifest.shards.end(),
                                   [&](const ShardRecord& record) { return record.key == key; });
   if (found == manifest.shards.end()) {
@@ -39,17 +40,26 @@ const ShardRecord& record_of(const Manifest& manifest, const Grid& grid, int osc
   return *found;
 }
 
-Grid grid_of(const std::string& folder, const Manifest& manifest) {
+// The diameter to pack, of those that have shards.
+int chosen_diameter(const Grid& grid, const Manifest& manifest, int wanted_um) {
+  std::set<int> diameters;
+  for (const ShardRecord& record : manifest.shards) diameters.insert(record.key.diameter_um);
+  if (wanted_um == 0 && diameters.size() == 1) return *diameters.begin();
+  if (diameters.contains(wanted_um)) return wanted_um;
+  throw std::runtime_error(fmt::format(
+      "{}: diameters {} um; expected {}", grid.manifest_file, fmt::join(diameters, ", "),
+      wanted_um == 0 ? "one diameter, or the choice of one with --diameter-mm"
+                     : fmt::format("{} um among them", wanted_um)));
+}
+
+Grid grid_of(const std::string& folder, const Manifest& manifest, int wanted_um) {
   Grid grid = {.manifest_file = (std::filesystem::path(folder) / "manifest.json").string()};
   if (manifest.shards.empty()) {
     throw std::runtime_error(grid.manifest_file + ": no shards; expected at least one");
   }
+  grid.diameter_um = chosen_diameter(grid, manifest, wanted_um);
   for (const ShardRecord& record : manifest.shards) {
-    const int diameter = manifest.shards.front().key.diameter_um;
-    if (record.key.diameter_um != diameter) {
-      throw std::runtime_error(fmt::format("{}: diameters {} um and {} um; expected one diameter",
-                                           grid.manifest_file, diameter, record.key.diameter_um));
-    }
+    if (record.key.diameter_um != grid.diameter_um) continue;
     grid.oscillations.insert(record.key.oscillation);
     grid.views.insert(record.key.view_elevation_deg);
   }
@@ -58,7 +68,9 @@ Grid grid_of(const std::string& folder, const Manifest& manifest) {
 
 // The tables that are known before any picture is read; lights follow from the first shard.
 StreakAtlas empty_atlas(const Manifest& manifest, const Grid& grid) {
-  const ShardRecord& first = manifest.shards.front();
+  const ShardRecord& first =
+      record_of(manifest, grid, *grid.oscillations.begin(), *grid.views.begin());
+  const SizeRecord size = size_of(manifest, grid.diameter_um);
   if (!is_power_of_two(first.width_px)) {
     throw std::runtime_error(fmt::format("{}: width_px = {} of shard {}; expected a power of two",
                                          grid.manifest_file, first.width_px,
@@ -67,10 +79,10 @@ StreakAtlas empty_atlas(const Manifest& manifest, const Grid& grid) {
   StreakAtlas atlas = {.cell_width_px = first.width_px,
                        .levels = 1,
                        .diameter_um = first.key.diameter_um,
-                       .mean_radius_m = manifest.mean_radius_m,
-                       .exposure_s = manifest.exposure_s,
-                       .fall_speed_m_s = manifest.fall_speed_m_s,
-                       .pixel_m = manifest.pixel_m,
+                       .mean_radius_m = size.mean_radius_m,
+                       .exposure_s = size.span_s,
+                       .fall_speed_m_s = size.fall_speed_m_s,
+                       .pixel_m = size.pixel_m,
                        .database_sha256 = sha256(read_file(grid.manifest_file))};
   while (first.width_px >> atlas.levels >= 1) ++atlas.levels;
   for (const int view : grid.views) {
@@ -118,6 +130,43 @@ Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
                                          record.height_px));
   }
   return shard;
+}
+
+// The weight of each band in the one picture that is packed.
+std::vector<double> band_weights(const std::string& file, const std::string& wanted,
+                                 const std::vector<std::string>& bands) {
+  if (wanted.empty() && bands.size() == 1) return {1};
+  if (wanted.empty() && bands == std::vector<std::string>{"B", "G", "R"}) {
+    return {0.0722, 0.7152, 0.2126};  // luminance of linear Rec.709
+  }
+  const auto found = std::find(bands.begin(), bands.end(), wanted);
+  if (found == bands.end()) {
+    throw std::runtime_error(
+        fmt::format("{}: bands {}; expected {}", file, fmt::join(bands, ", "),
+                    wanted.empty() ? "one, or R, G and B, or the choice of one with --band"
+                                   : fmt::format("\"{}\" among them", wanted)));
+  }
+  std::vector<double> weights(bands.size(), 0.0);
+  weights[static_cast<std::size_t>(found - bands.begin())] = 1;
+  return weights;
+}
+
+void mix_bands(const std::vector<double>& weights, std::vector<float>& values) {
+  const std::size_t count = values.size() / weights.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    double sum = 0;
+    for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * values[k * count + i];
+    values[i] = static_cast<float>(sum);
+  }
+  values.resize(count);
+}
+
+// Means only: an atlas has no variances.
+void keep_one_band(const std::string& file, const std::string& wanted, Shard& shard) {
+  const std::vector<double> weights = band_weights(file, wanted, shard.bands);
+  if (shard.bands.size() == 1) return;
+  for (StreakImage& image : shard.light) mix_bands(weights, image.mean);
+  mix_bands(weights, shard.env.mean);
 }
 
 // Lights and the presence of an environment are those of the first shard; the others must agree.
@@ -191,9 +240,9 @@ CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
           .height = (row.height_px + (1 << level) - 1) >> level};
 }
 
-StreakAtlas pack_database(const std::string& database_folder) {
+StreakAtlas pack_database(const std::string& database_folder, const PackOptions& options) {
   const Manifest manifest = read_manifest(database_folder);
-  const Grid grid = grid_of(database_folder, manifest);
+  const Grid grid = grid_of(database_folder, manifest, options.diameter_um);
   StreakAtlas atlas = empty_atlas(manifest, grid);
   for (const int oscillation : grid.oscillations) {
     AtlasLayer layer = {.oscillation = oscillation};
@@ -201,7 +250,9 @@ StreakAtlas pack_database(const std::string& database_folder) {
       const ShardRecord& record =
           record_of(manifest, grid, oscillation, atlas.views[view].elevation_deg);
       check_record(atlas, atlas.views[view], grid, record);
-      const Shard shard = read_whole_shard(database_folder, record);
+      Shard shard = read_whole_shard(database_folder, record);
+      keep_one_band((std::filesystem::path(database_folder) / record.file).string(), options.band,
+                    shard);
       const bool first = atlas.layers.empty() && view == 0;
       const AtlasLayer& model = atlas.layers.empty() ? layer : atlas.layers.front();
       const bool has_env = first ? !shard.env.mean.empty() : !model.env.empty();

@@ -57,9 +57,17 @@ struct CellRect {
 // Height is ceil(height_px / 2^level).
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level);
 
-// Reads every shard (hashes verified; one diameter; every oscillation has the same views and
-// lights, or std::runtime_error names the missing shard).
-StreakAtlas pack_database(const std::string& database_folder);
+// What of a database to pack. A renderer reads one size and one band.
+struct PackOptions {
+  int diameter_um = 0;    // 0: the only one
+  std::string band = {};  // a name; empty: the only one, or luminance (Rec.709) of bands R, G, B
+};
+
+// Reads every shard of the diameter (hashes verified; every oscillation has the same views and
+// lights, or std::runtime_error names the missing shard). The atlas's exposure is the time that the
+// pictures cover. Throws std::runtime_error also for several diameters or bands where none is
+// chosen, and for one that is not there.
+StreakAtlas pack_database(const std::string& database_folder, const PackOptions& options = {});
 
 void write_atlas(const std::string& folder, const StreakAtlas& atlas);
 StreakAtlas read_atlas(const std::string& folder);

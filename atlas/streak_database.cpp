@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "atlas/atomic_file.h"
 #include "atlas/exr_parts.h"
@@ -22,23 +24,44 @@ std::map<std::string, int> attributes_of(const ShardKey& key) {
           {"view_elevation_deg", key.view_elevation_deg}};
 }
 
+// Band k of an image is [k * count, (k + 1) * count) of both vectors.
 ExrPart part_of(const std::string& file, const Shard& shard, const std::string& name,
-                const StreakImage& image) {
+                const StreakImage& image, const std::vector<std::string>& bands) {
   const auto count =
       static_cast<std::size_t>(shard.width_px) * static_cast<std::size_t>(shard.height_px);
-  if (image.mean.size() != count || image.variance.size() != count) {
+  if (image.mean.size() != bands.size() * count || image.variance.size() != image.mean.size()) {
     throw std::runtime_error(
-        fmt::format("{}: part {}: {} values and {} variances; expected {} x {} of each", file, name,
-                    image.mean.size(), image.variance.size(), shard.width_px, shard.height_px));
+        fmt::format("{}: part {}: {} values and {} variances; expected {} x {} of each{}", file,
+                    name, image.mean.size(), image.variance.size(), shard.width_px, shard.height_px,
+                    bands.size() > 1 ? fmt::format(" for each of {} bands", bands.size()) : ""));
   }
   ExrPart part = {.name = name,
                   .width = shard.width_px,
                   .height = shard.height_px,
-                  .channels = {{.name = "Y", .values = image.mean},
-                               {.name = "Y.variance", .values = image.variance}},
                   .attributes = attributes_of(shard.key)};
+  const auto slice = [count](const std::vector<float>& values, std::size_t band) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(band * count);
+    return std::vector<float>(first, first + static_cast<std::ptrdiff_t>(count));
+  };
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    part.channels.push_back({.name = bands[k], .values = slice(image.mean, k)});
+    part.channels.push_back({.name = bands[k] + ".variance", .values = slice(image.variance, k)});
+  }
   check_radiances(file, part);
   return part;
+}
+
+void check_bands(const std::string& file, const Shard& shard) {
+  const auto& bands = shard.bands;
+  const bool ascending =
+      std::adjacent_find(bands.begin(), bands.end(), std::greater_equal<>()) == bands.end();
+  const bool plain = std::none_of(bands.begin(), bands.end(), [](const std::string& name) {
+    return name.empty() || name.find('.') != std::string::npos;
+  });
+  if (!bands.empty() && ascending && plain) return;
+  throw std::runtime_error(
+      fmt::format("{}: bands {}; expected names without a dot, ascending, at least one", file,
+                  fmt::join(bands, ", ")));
 }
 
 void check_lights(const std::string& file, const Shard& shard) {
@@ -65,15 +88,16 @@ std::vector<ExrPart> parts_of(const std::string& file, const Shard& shard) {
     throw std::runtime_error(fmt::format("{}: {} x {} pixels; expected at least 1 x 1", file,
                                          shard.width_px, shard.height_px));
   }
+  check_bands(file, shard);
   check_lights(file, shard);
   std::vector<ExrPart> parts;
   for (std::size_t i = 0; i < shard.lights.size(); ++i) {
-    parts.push_back(part_of(file, shard, light_name(shard.lights[i]), shard.light[i]));
+    parts.push_back(part_of(file, shard, light_name(shard.lights[i]), shard.light[i], shard.bands));
   }
   if (!shard.env.mean.empty() || !shard.env.variance.empty()) {
-    parts.push_back(part_of(file, shard, "env", shard.env));
+    parts.push_back(part_of(file, shard, "env", shard.env, shard.bands));
   }
-  parts.push_back(part_of(file, shard, "coverage", shard.coverage));
+  parts.push_back(part_of(file, shard, "coverage", shard.coverage, {"Y"}));
   return parts;
 }
 
@@ -111,20 +135,49 @@ ShardKey key_of(const std::string& file, const ExrPart& part) {
   return key;
 }
 
-StreakImage take_image(const std::string& file, ExrPart& part, const Shard& shard) {
+// Names of the channels that are no variances.
+std::vector<std::string> bands_of(const ExrPart& part) {
+  std::vector<std::string> bands;
+  for (const ExrChannel& channel : part.channels) {
+    if (!channel.name.ends_with(".variance")) bands.push_back(channel.name);
+  }
+  return bands;
+}
+
+// Channels come in order of their names, and a dot sorts before what a name may go on with.
+bool holds_bands(const ExrPart& part, const std::vector<std::string>& bands) {
+  if (part.channels.size() != 2 * bands.size()) return false;
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    if (part.channels[2 * k].name != bands[k]) return false;
+    if (part.channels[2 * k + 1].name != bands[k] + ".variance") return false;
+  }
+  return !bands.empty();
+}
+
+StreakImage take_image(const std::string& file, ExrPart& part, const Shard& shard,
+                       const std::vector<std::string>& bands) {
   if (part.width != shard.width_px || part.height != shard.height_px) {
     throw_part(file, part,
                fmt::format("{} x {} pixels; expected {} x {} like the other parts", part.width,
                            part.height, shard.width_px, shard.height_px));
   }
-  if (part.channels.size() != 2 || part.channels[0].name != "Y" ||
-      part.channels[1].name != "Y.variance") {
-    throw_part(file, part, "other channels; expected Y and Y.variance");
+  if (!holds_bands(part, bands)) {
+    throw_part(
+        file, part,
+        fmt::format("other channels; expected {0} and {0}.variance", fmt::join(bands, ", ")));
   }
   if (key_of(file, part) != shard.key) throw_part(file, part, "other attributes; expected one key");
   check_radiances(file, part);
-  return {.mean = std::move(part.channels[0].values),
-          .variance = std::move(part.channels[1].values)};
+  StreakImage image = {.mean = std::move(part.channels[0].values),
+                       .variance = std::move(part.channels[1].values)};
+  for (std::size_t k = 2; k < part.channels.size(); k += 2) {
+    const auto append = [](std::vector<float>& to, const std::vector<float>& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(image.mean, part.channels[k].values);
+    append(image.variance, part.channels[k + 1].values);
+  }
+  return image;
 }
 
 }  // namespace
@@ -174,15 +227,16 @@ Shard read_shard(const std::string& file) {
   Shard shard = {.key = key_of(file, parts.back()),
                  .width_px = parts.back().width,
                  .height_px = parts.back().height};
-  shard.coverage = take_image(file, parts.back(), shard);
+  shard.coverage = take_image(file, parts.back(), shard, {"Y"});
   parts.pop_back();
+  if (!parts.empty()) shard.bands = bands_of(parts.front());
   if (!parts.empty() && parts.back().name == "env") {
-    shard.env = take_image(file, parts.back(), shard);
+    shard.env = take_image(file, parts.back(), shard, shard.bands);
     parts.pop_back();
   }
   for (ExrPart& part : parts) {
     shard.lights.push_back(light_of(file, part));
-    shard.light.push_back(take_image(file, part, shard));
+    shard.light.push_back(take_image(file, part, shard, shard.bands));
   }
   check_lights(file, shard);
   return shard;

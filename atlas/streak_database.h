@@ -8,7 +8,8 @@
 //
 // A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light
 // elevation with sign, azimuth, degrees), then env, then coverage; channels Y and Y.variance.
-// Values:
+// A database of several bands has for each, instead of Y, the channels NAME and NAME.variance;
+// coverage always has Y. Values:
 //   light     radiance toward the camera per unit irradiance of the light on a plane facing it
 //   [1/sr] env       radiance per unit radiance of a uniform environment [1] coverage  share of
 //   pixel area x exposure in which the drop is there [0..1]
@@ -34,8 +35,15 @@ std::vector<LightDirection> gn2006_light_directions();
 // "light_v+10_h010": the name of its part in a shard and of its image in the manifest.
 std::string light_name(const LightDirection& light);
 
+struct Band {                   // light of one wavelength
+  std::string name = "Y";       // a letter, then letters, digits, _
+  double wavelength_nm = 0;     // in vacuum
+  double refractive_index = 0;  // of the drop over air
+  bool operator==(const Band&) const = default;
+};
+
 struct StreakImage {                 // one part of a shard
-  std::vector<float> mean = {};      // width * height, row by row
+  std::vector<float> mean = {};      // band by band, width * height, row by row
   std::vector<float> variance = {};  // of the mean
 };
 
@@ -53,10 +61,11 @@ struct Shard {
   ShardKey key = {};
   int width_px = 0;
   int height_px = 0;
+  std::vector<std::string> bands = {"Y"};  // names, ascending
   std::vector<LightDirection> lights = {};
   std::vector<StreakImage> light = {};  // as many as lights
   StreakImage env = {};                 // empty vectors where the preset asks for none
-  StreakImage coverage = {};
+  StreakImage coverage = {};            // of one band
 };
 
 // sqrt(sum of variances / sum of squared means); 0 for an image that is zero everywhere.
@@ -85,6 +94,16 @@ struct ShardRecord {
   std::vector<double> estimated_relative_error = {};  // one per image
 };
 
+// What belongs to one diameter of a database.
+struct SizeRecord {
+  int diameter_um = 0;
+  double mean_radius_m = 0;
+  double fall_speed_m_s = 0;
+  double span_s = 0;   // of time that a picture covers, and over which its pixels are averages
+  double pixel_m = 0;  // side of a pixel in the plane facing the camera
+  bool operator==(const SizeRecord&) const = default;
+};
+
 struct Manifest {
   static constexpr int version = 1;
   std::string preset = {};  // name of the preset
@@ -92,12 +111,18 @@ struct Manifest {
       {};  // every resolved parameter, as a JSON object's text; read back compact
   unsigned long long seed = 0;
   std::string instruction_set = {};
-  double mean_radius_m = 0;
+  double mean_radius_m = 0;  // this, fall_speed_m_s and pixel_m are 0 where `sizes` has them
   double exposure_s = 0;
   double fall_speed_m_s = 0;
-  double pixel_m = 0;                    // side of a pixel in the plane facing the camera
+  double pixel_m = 0;                  // side of a pixel in the plane facing the camera
+  std::vector<SizeRecord> sizes = {};  // ascending diameter; empty: one size, the four values above
+  std::vector<Band> bands = {};        // ascending name; empty: the one band Y
   std::vector<ShardRecord> shards = {};  // sorted by key: diameter, oscillation, view elevation
 };
+
+// The size of that diameter: of the list, or where there is none, of the manifest's own values with
+// the exposure as span. Throws std::invalid_argument where the list has no such diameter.
+SizeRecord size_of(const Manifest& manifest, int diameter_um);
 
 void write_manifest(const std::string& folder, const Manifest& manifest);
 

@@ -20,12 +20,13 @@ ConeVertex mix(const ConeVertex& a, const ConeVertex& b, double t) {
           a.x + t * (b.x - a.x),
           a.y + t * (b.y - a.y),
           a.throughput + t * (b.throughput - a.throughput),
-          a.facing + t * (b.facing - a.facing)};
+          a.facing + t * (b.facing - a.facing),
+          a.margin + t * (b.margin - a.margin)};
 }
 
-// Sutherland and Hodgman: keeps where distance(vertex) >= 0.
-template <typename Distance>
-void clip(ConePolygon& polygon, Distance distance) {
+// Sutherland and Hodgman: keeps where distance(vertex) >= 0; at_cut(vertex) may mend the new ones.
+template <typename Distance, typename AtCut>
+void clip(ConePolygon& polygon, Distance distance, AtCut at_cut) {
   std::array<double, 24> d;
   int inside = 0;
   for (int i = 0; i < polygon.count; ++i) {
@@ -43,13 +44,19 @@ void clip(ConePolygon& polygon, Distance distance) {
       assert(kept.count + 2 <= static_cast<int>(kept.vertices.size()));
       if (d[a] >= 0) kept.vertices[static_cast<std::size_t>(kept.count++)] = polygon.vertices[a];
       if ((d[a] >= 0) != (d[b] >= 0)) {
-        kept.vertices[static_cast<std::size_t>(kept.count++)] =
-            mix(polygon.vertices[a], polygon.vertices[b], d[a] / (d[a] - d[b]));
+        ConeVertex& cut = kept.vertices[static_cast<std::size_t>(kept.count++)];
+        cut = mix(polygon.vertices[a], polygon.vertices[b], d[a] / (d[a] - d[b]));
+        at_cut(cut);
       }
     }
   }
   polygon.count = kept.count;
   std::copy_n(kept.vertices.begin(), kept.count, polygon.vertices.begin());
+}
+
+template <typename Distance>
+void clip(ConePolygon& polygon, Distance distance) {
+  clip(polygon, distance, [](ConeVertex&) {});
 }
 
 }  // namespace
@@ -85,6 +92,12 @@ void clip_to_facing(ConePolygon& polygon) {
     double& throughput = polygon.vertices[static_cast<std::size_t>(i)].throughput;
     throughput = std::max(0.0, throughput);
   }
+}
+
+void clip_to_margin(ConePolygon& polygon) {
+  clip(
+      polygon, [](const ConeVertex& p) { return p.margin; },
+      [](ConeVertex& cut) { cut.throughput = 0; });
 }
 
 void clip_to_columns(ConePolygon& polygon, double low, double high) {

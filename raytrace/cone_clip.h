@@ -33,9 +33,10 @@ struct ConeVertex {
   double x, y;        // in the picture
   double throughput;
   double facing;      // of the surface: > 0 where the camera sees it
+  double margin;      // of the last interface: > 0 where it lets light through
 };
 
-// A convex polygon; a triangle clipped by 16 planes has at most 19 corners, by three more 22.
+// A convex polygon; a triangle clipped by 16 planes has at most 19 corners, by four more 23.
 struct ConePolygon {
   std::array<ConeVertex, 24> vertices;
   int count;
@@ -46,6 +47,9 @@ void clip_to_cone(const Cone& cone, ConePolygon& polygon);
 
 // Keeps the part that the camera sees, none of it with a throughput below zero.
 void clip_to_facing(ConePolygon& polygon);
+
+// Keeps the part whose last interface lets light through; at the cut the throughput is 0.
+void clip_to_margin(ConePolygon& polygon);
 
 // Keeps the part with low <= x <= high.
 void clip_to_columns(ConePolygon& polygon, double low, double high);

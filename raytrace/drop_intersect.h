@@ -29,6 +29,16 @@ enum class RaySide {
   inside    // from inside, also exactly on the surface and entering
 };
 
+// A simple root takes about 8 steps. A touch closes its gap by a constant share a step, by few per
+// cent where the surface is much flatter than its bound: 243 steps were seen among 5,000 touches.
+// Beyond the limit std::logic_error is thrown.
+constexpr int walk_step_limit = 10000;
+constexpr double walk_root_tolerance = 4e-15;  // of G / scale: a few roundings
+
+// M of rays from one side: |(r cos psi)''| <= |r'' cos - 2 r' sin| + r cos over the scale; inside G
+// may fall at that rate, outside -G falls at the first part only.
+double walk_bend(const DropInstant& drop, RaySide side);
+
 // Origin and positions relative to the drop's own origin (its centre of fall), direction unit.
 // nullopt: no surface ahead; from inside that only happens for a start on the surface that grazes
 // it.

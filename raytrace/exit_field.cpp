@@ -5,7 +5,8 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "raytrace/drop_intersect.h"
+#include "raytrace/wide_intersect.h"
+#include "raytrace/wide_paths.h"
 
 namespace pluvia {
 
@@ -24,6 +25,10 @@ constexpr double faint_throughput = 0.02;
 
 // Third difference of a smooth throughput, over its largest.
 constexpr double dim_tolerance = 0.3;
+
+// An error of the beam that meets the last interface grows by the index and by one over the cosine of
+// refraction when it leaves: it must be smaller by this share.
+constexpr double interface_share = 0.3;
 
 // Where the depth runs out, the polynomial through a cell's nodes is still the best guess while its
 // third differences are below this many tolerances; beyond, only the nodes are trusted.
@@ -45,6 +50,11 @@ struct OpenCell {
   std::vector<std::uint64_t> done = {};     // signatures that coarser cells have settled
 };
 
+struct AskedNode {
+  std::uint32_t number = 0;
+  Eigen::Vector3d direction = {0, 0, 0};
+};
+
 // The square map, the drop at the lattice's times, and the nodes traced so far.
 struct Lattice {
   const View& view;
@@ -54,55 +64,81 @@ struct Lattice {
   int side = 0;                         // steps per side
   double reach = 0;                     // the map covers [-reach, reach]^2
   Eigen::Vector3d e1 = {}, e2 = {};
-  std::unordered_map<std::uint64_t, std::uint32_t> index = {};
+  std::unordered_map<std::uint64_t, std::uint32_t> index = {};  // of nodes, by their place
+  std::vector<std::vector<AskedNode>> asked = {};               // by time
 
   double step_rad() const { return 2 * reach / side; }
 
-  std::uint32_t node(const Place& place) {
-    const auto [slot, is_new] =
-        index.try_emplace(place.key(), static_cast<std::uint32_t>(field.nodes.size()));
-    if (is_new) field.nodes.push_back(trace(place));
-    return slot->second;
+  // Asks for a node: one that is new is traced by the next trace_asked().
+  void ask(const Place& place) {
+    const auto number = static_cast<std::uint32_t>(index.size());
+    const auto [slot, is_new] = index.try_emplace(place.key(), number);
+    if (is_new) asked[static_cast<std::size_t>(place.k)].push_back({slot->second, direction(place)});
   }
 
-  FieldNode trace(const Place& place) {
-    const DropInstant& drop = drops[static_cast<std::size_t>(place.k)];
+  std::uint32_t node(const Place& place) const { return index.at(place.key()); }
+
+  // Of a place from the star centre; zero beyond the map's edge.
+  Eigen::Vector3d direction(const Place& place) const {
     const double shift = options.shift * 2 * reach / options.base_cells;
     const double x = -reach + step_rad() * place.i + shift;
     const double y = -reach + step_rad() * place.j + shift;
     const double r = std::hypot(x, y);
-    FieldNode node;
-    if (r >= pi) return node;
+    if (r >= pi) return {0, 0, 0};
     const double sinc = r > 1e-9 ? std::sin(r) / r : 1;
-    const Eigen::Vector3d u = std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
-    const Eigen::Vector3d normal = surface_normal(drop, u);
-    node.facing = normal.dot(view.to_camera);
-    if (node.facing < least_facing) return node;
-    const Eigen::Vector3d position = drop.origin_m + surface_radius_m(drop, u) * u;
-    if (node.facing > 0 && drop_occludes(drop, position, view.to_camera)) return node;
-    node.known = true;
-    node.xy_m = {position.dot(view.right), position.dot(view.up)};
-    trace_paths(drop, position, normal, node);
-    return node;
+    return std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
   }
 
-  void trace_paths(const DropInstant& drop, const Eigen::Vector3d& position,
-                   const Eigen::Vector3d& normal, FieldNode& node) {
-    node.first_exit = static_cast<std::uint32_t>(field.exits.size());
-    const PathRemainder left =
-        trace_exits(drop, position, normal, view.to_camera, options.paths, field.exits);
-    node.exit_count = static_cast<std::uint32_t>(field.exits.size()) - node.first_exit;
-    if (node.facing <= 0) {
-      node.throughput = 1;  // at the outline all light is reflected
-      return;
+  void trace_asked() {
+    field.nodes.resize(index.size());
+    for (std::size_t k = 0; k < asked.size(); ++k) trace(drops[k], asked[k]);
+    for (auto& list : asked) list.clear();
+  }
+
+  void trace(const DropInstant& drop, const std::vector<AskedNode>& list) {
+    std::vector<Eigen::Vector3d> directions;
+    std::vector<std::uint32_t> numbers;
+    for (const AskedNode& node : list) {
+      if (node.direction.isZero()) continue;
+      directions.push_back(node.direction);
+      numbers.push_back(node.number);
     }
-    for (std::uint32_t e = 0; e < node.exit_count; ++e) {
-      node.throughput += field.exits[node.first_exit + e].throughput;
+    const auto points = surface_points_of(drop, directions, view.to_camera, options.isa);
+    std::vector<CameraHit> hits;
+    std::size_t known = 0;
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      const SurfacePoint& point = points[n];
+      FieldNode& node = field.nodes[numbers[n]];
+      node.facing = point.normal.dot(view.to_camera);
+      if (node.facing < least_facing || (node.facing > 0 && point.hidden)) continue;
+      node.known = true;
+      node.xy_m = {point.position_m.dot(view.right), point.position_m.dot(view.up)};
+      hits.push_back({point.position_m, point.normal});
+      numbers[known++] = numbers[n];
     }
-    field.remainder.beyond_order += left.beyond_order;
-    field.remainder.given_up += left.given_up;
-    field.remainder.lost += left.lost;
-    ++field.traced_nodes;
+    numbers.resize(known);
+    take(trace_exits_of(drop, hits, view.to_camera, options.paths, options.isa), numbers);
+  }
+
+  void take(const HitExits& traced, const std::vector<std::uint32_t>& numbers) {
+    const auto before = static_cast<std::uint32_t>(field.exits.size());
+    field.exits.insert(field.exits.end(), traced.exits.begin(), traced.exits.end());
+    for (std::size_t n = 0; n < numbers.size(); ++n) {
+      FieldNode& node = field.nodes[numbers[n]];
+      node.first_exit = before + traced.first_exit[n];
+      node.exit_count = traced.first_exit[n + 1] - traced.first_exit[n];
+      if (node.facing <= 0) {
+        node.throughput = 1;  // at the outline all light is reflected
+        continue;
+      }
+      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
+        node.throughput += field.exits[node.first_exit + e].throughput;
+      }
+      ++field.traced_nodes;
+    }
+    field.remainder.beyond_order += traced.remainder.beyond_order;
+    field.remainder.given_up += traced.remainder.given_up;
+    field.remainder.lost += traced.remainder.lost;
   }
 };
 
@@ -113,8 +149,12 @@ struct PathShape {
   Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
   double radius_rad = 0;               // largest angle of a node's direction from it
   double brightest = 0;                // throughput of a visible node
-  double bend = 0, time_bend = 0;      // largest third difference of directions
-  double dim = 0, time_dim = 0;        // .. of throughputs
+  // Largest third differences of the map, and of what meets the last interface.
+  struct Bends {
+    double space = 0, time = 0;          // of directions
+    double dim = 0, time_dim = 0;        // of throughputs, of powers
+  };
+  Bends map = {}, interface = {};
 };
 
 // 3 x the largest third difference along the lines of a cell with the given stride.
@@ -135,19 +175,34 @@ double third_difference(int times, int stride, Value value, Size size) {
 
 using CellExits = std::array<const PathExit*, cell_side * cell_side * cell_side>;
 
-void add_bends(const CellExits& exits, int times, PathShape& shape) {
-  const auto direction = [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; };
-  const auto throughput = [&](std::size_t n) { return exits[n]->throughput; };
-  const auto length = [](const Eigen::Vector3d& d) { return d.norm(); };
-  const auto magnitude = [](double d) { return std::abs(d); };
+template <typename Direction, typename Power>
+PathShape::Bends bends_of(int times, Direction direction, Power power) {
+  const auto length = [](const auto& d) { return d.norm(); };
+  PathShape::Bends bends;
   for (const int stride : {1, cell_side}) {
-    shape.bend = std::max(shape.bend, third_difference(times, stride, direction, length));
-    shape.dim = std::max(shape.dim, third_difference(times, stride, throughput, magnitude));
+    bends.space = std::max(bends.space, third_difference(times, stride, direction, length));
+    bends.dim = std::max(bends.dim, third_difference(times, stride, power, length));
   }
-  if (times == 1) return;
+  if (times == 1) return bends;
   constexpr int stride = cell_side * cell_side;
-  shape.time_bend = third_difference(times, stride, direction, length);
-  shape.time_dim = third_difference(times, stride, throughput, magnitude);
+  bends.time = third_difference(times, stride, direction, length);
+  bends.time_dim = third_difference(times, stride, power, length);
+  return bends;
+}
+
+void add_bends(const CellExits& exits, int times, PathShape& shape) {
+  using Eigen::Vector2d, Eigen::Matrix;
+  shape.map = bends_of(
+      times, [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; },
+      [&](std::size_t n) -> Vector2d { return {exits[n]->throughput, 0}; });
+  shape.interface = bends_of(
+      times,
+      [&](std::size_t n) {
+        Matrix<double, 6, 1> both;
+        both << exits[n]->incident, exits[n]->normal;
+        return both;
+      },
+      [&](std::size_t n) -> Vector2d { return {exits[n]->power_s, exits[n]->power_p}; });
 }
 
 PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature) {
@@ -208,7 +263,7 @@ struct Refiner {
   bool near_a_light(const PathShape& shape, const OpenCell& cell) const {
     const bool whole = shape.known == node_count();
     const double slack =
-        whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.bend, shape.time_bend)
+        whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.map.space, shape.map.time)
               : shape.radius_rad + 3 * cell.step * lattice.step_rad();
     return light_within(shape.centre, shape.radius_rad + slack + lights.half_angle_rad);
   }
@@ -216,47 +271,57 @@ struct Refiner {
   // Third differences over what is tolerated; 1 or less is smooth.
   struct Roughness {
     double space = 0, time = 0;
+    double worst() const { return std::max(space, time); }
   };
 
-  Roughness roughness(const PathShape& shape) const {
-    const double bend = options.bend_tolerance * lights.half_angle_rad *
+  Roughness roughness(const PathShape& shape, const PathShape::Bends& bends, double share) const {
+    const double bend = share * options.bend_tolerance * lights.half_angle_rad *
                         std::max(1.0, faint_throughput / shape.brightest);
-    const double dim = dim_tolerance * std::max(shape.brightest, faint_throughput);
-    return {std::max(shape.bend / bend, shape.dim / dim),
-            std::max(shape.time_bend / bend, shape.time_dim / dim)};
+    const double dim = share * dim_tolerance * std::max(shape.brightest, faint_throughput);
+    return {std::max(bends.space / bend, bends.dim / dim),
+            std::max(bends.time / bend, bends.time_dim / dim)};
   }
 
-  // Halvings that a path asks for and that are left.
-  Halving wanted(const PathShape& shape, const OpenCell& cell) const {
+  struct Verdict {
+    PatchKind kind = PatchKind::loose;
+    Halving wanted = {};  // of what is left
+  };
+
+  Verdict judge(const PathShape& shape, const OpenCell& cell) const {
     const Halving left = {cell.step > 1, field.times > 1 && cell.time_step > 1};
-    if (shape.known == node_count()) {
-      const Roughness rough = roughness(shape);
-      return {rough.space > 1 && left.space, rough.time > 1 && left.time};
+    if (shape.known < node_count()) {
+      const double halvings = std::log2(faint_throughput / shape.brightest);
+      if (halvings <= 0) return {PatchKind::loose, left};
+      const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
+      return {PatchKind::loose, {cell.step > most, left.time && cell.time_step > most}};
     }
-    const double halvings = std::log2(faint_throughput / shape.brightest);
-    if (halvings <= 0) return left;
-    const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
-    return {cell.step > most, left.time && cell.time_step > most};
+    const Roughness map = roughness(shape, shape.map, 1);
+    const Roughness end = roughness(shape, shape.interface, interface_share);
+    Verdict verdict;
+    const Roughness& better = map.worst() <= std::max(1.0, end.worst()) ? map : end;
+    verdict.wanted = {better.space > 1 && left.space, better.time > 1 && left.time};
+    if (better.worst() < trusted_bends) {
+      verdict.kind = &better == &map ? PatchKind::smooth : PatchKind::edge;
+    }
+    return verdict;
   }
 
-  bool is_smooth(const PathShape& shape) const {
-    if (shape.known < node_count()) return false;
-    const Roughness rough = roughness(shape);
-    return std::max(rough.space, rough.time) < trusted_bends;
-  }
-
-  FieldCell gather(const OpenCell& open) {
-    FieldCell cell;
-    std::size_t n = 0;
+  template <typename Take>  // take(place) for each node of a cell, in the order of its list
+  void for_nodes(const OpenCell& open, Take take) const {
     for (int k = 0; k < field.times; ++k) {
       for (int j = 0; j < cell_side; ++j) {
         for (int i = 0; i < cell_side; ++i) {
-          cell.nodes[n++] = lattice.node({open.origin.i + i * open.step,
-                                          open.origin.j + j * open.step,
-                                          open.origin.k + k * open.time_step});
+          take(Place{open.origin.i + i * open.step, open.origin.j + j * open.step,
+                     open.origin.k + k * open.time_step});
         }
       }
     }
+  }
+
+  FieldCell gather(const OpenCell& open) const {
+    FieldCell cell;
+    std::size_t n = 0;
+    for_nodes(open, [&](const Place& place) { cell.nodes[n++] = lattice.node(place); });
     const double times = static_cast<double>(lattice.drops.size() - 1);
     if (field.times > 1) {
       cell.first = open.origin.k / times;
@@ -309,11 +374,11 @@ struct Refiner {
       const PathShape shape = path_shape(field, cell, signature);
       bool done = true;
       if (!shape.dark && near_a_light(shape, open)) {
-        const Halving want = wanted(shape, open);
-        done = !want.any();
-        halving.space = halving.space || want.space;
-        halving.time = halving.time || want.time;
-        if (done) field.patches.push_back({index, signature, is_smooth(shape)});
+        const Verdict verdict = judge(shape, open);
+        done = !verdict.wanted.any();
+        halving.space = halving.space || verdict.wanted.space;
+        halving.time = halving.time || verdict.wanted.time;
+        if (done) field.patches.push_back({index, signature, verdict.kind});
       }
       if (done) open.done.push_back(signature);
     }
@@ -344,7 +409,9 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
                 const FieldOptions& options) {
   ExitField field;
   field.times = drops.size() > 1 ? cell_side : 1;
+  field.refractive_index = options.paths.refractive_index;
   Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
+  lattice.asked.resize(lattice.drops.size());
   // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
   // from the view axis nothing faces the camera.
   double slope = 0, bound = 0;
@@ -375,6 +442,10 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   while (!refiner.next.empty()) {
     const std::vector<OpenCell> now = std::move(refiner.next);
     refiner.next.clear();
+    for (const OpenCell& cell : now) {
+      refiner.for_nodes(cell, [&](const Place& place) { lattice.ask(place); });
+    }
+    lattice.trace_asked();
     for (const OpenCell& cell : now) refiner.settle(cell);
   }
   return field;

@@ -7,7 +7,9 @@
 // e2) / r, c toward the camera, r = |(x, y)|: smooth across the outline, and a square of that map
 // carries little projected area where it grazes. A cell is a block of 4 x 4 nodes in (x, y) at 4
 // times: where a map is smooth, the tricubic polynomial through them is the map at ANY time of the
-// span, so that the streak may be integrated over far more moments than were traced. A cell is
+// span, so that the streak may be integrated over far more moments than were traced. Where only the last
+// interface spoils that (total reflection sets in), what meets the interface is interpolated, and
+// the law of refraction applied at each point. A cell is
 // halved in space or in time, for the sake of those paths that bend or break in it (total
 // reflection, shadow) near one of the lights; where no light looks, the field stays coarse.
 #pragma once
@@ -19,6 +21,7 @@
 #include <Eigen/Core>
 
 #include "raytrace/exit_paths.h"
+#include "raytrace/isa.h"
 
 namespace pluvia {
 
@@ -49,6 +52,7 @@ struct FieldOptions {
   // angle: what the cubic itself leaves out is smaller still by the ratio of fourth to third
   // differences.
   double bend_tolerance = 0.3;
+  Isa isa = best_isa();  // that the paths are traced with
   // Of the map about the view axis, and its shift in cells: dithering them from span to span turns
   // grid error into noise that averages out.
   double rotation_rad = 0;
@@ -77,14 +81,22 @@ struct FieldCell {
   double first = 0, last = 1;  // of the cell's time, as shares of the span
 };
 
-// One path's map in one cell. Not smooth: the depth ran out; only its nodes are to be trusted.
-struct FieldPatch {
+// How far a path's map in a cell is to be trusted between the nodes.
+enum class PatchKind {
+  smooth,  // the polynomial through its directions and throughputs is the map
+  edge,    // .. through what meets its last interface (PathExit): the map has a fold-like edge
+           // where that interface turns to total reflection, or grazes
+  loose    // the depth ran out: only the nodes are to be trusted
+};
+
+struct FieldPatch {  // one path's map in one cell
   std::uint32_t cell = 0;
   std::uint64_t signature = 0;
-  bool smooth = true;
+  PatchKind kind = PatchKind::smooth;
 };
 
 struct ExitField {
+  double refractive_index = 1.333;
   int times = 1;  // nodes of a cell in time: 1 for one instant, or a drop that is rigid; else 4
   std::vector<FieldNode> nodes = {};
   std::vector<PathExit> exits = {};

@@ -32,7 +32,23 @@ struct PathExit {
   int order = 0;
   Eigen::Vector3d direction = {0, 0, 1};  // unit, from the drop toward the light
   double throughput = 0;                  // share of power for unpolarised light, 0 .. 1
+  // The last interface, where direction and throughput come from (leave_interface). What meets it
+  // is smooth also where it turns to total reflection; what leaves it is not.
+  bool refracted = false;                // there, else reflected outside
+  Eigen::Vector3d incident = {0, 0, 1};  // unit direction of the beam that meets it
+  Eigen::Vector3d normal = {0, 0, 1};    // unit, against `incident`
+  double power_s = 0, power_p = 0;       // of that beam; both 0 where the light meets the drop again
 };
+
+// What leaves an interface, from what meets it (inputs need not be of exactly unit length).
+struct InterfaceExit {
+  Eigen::Vector3d direction = {0, 0, 1};
+  double throughput = 0;
+  double margin = 1;  // squared cosine of refraction: < 0 where reflection is total
+};
+InterfaceExit leave_interface(bool refracted, const Eigen::Vector3d& incident,
+                              const Eigen::Vector3d& normal, double power_s, double power_p,
+                              double refractive_index);
 
 // What did not escape within the options: the sum of all throughputs, of given_up and of
 // beyond_order is 1 up to rounding. lost counts power of rays that grazed their own starting point

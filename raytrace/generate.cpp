@@ -34,14 +34,30 @@ bool before(const ShardRecord& a, const ShardRecord& b) {
   return key(a) < key(b);
 }
 
+// A database may grow: the sizes of earlier runs stay.
+void add_sizes(Manifest& manifest, const Preset& preset) {
+  for (const int diameter_um : diameters_of(preset)) {
+    const auto place =
+        std::lower_bound(manifest.sizes.begin(), manifest.sizes.end(), diameter_um,
+                         [](const SizeRecord& size, int d) { return size.diameter_um < d; });
+    if (place != manifest.sizes.end() && place->diameter_um == diameter_um) continue;
+    manifest.sizes.insert(place, size_of(preset, diameter_um));
+  }
+}
+
 Manifest empty_manifest(const Preset& preset) {
   Manifest manifest;
   manifest.preset = preset.name;
   manifest.parameters = preset_parameters(preset);
   manifest.seed = preset.seed;
   manifest.instruction_set = instruction_set();
-  manifest.mean_radius_m = preset.mean_radius_m;
   manifest.exposure_s = preset.exposure_s;
+  if (preset.physical) {
+    manifest.bands = bands_of(preset);
+    add_sizes(manifest, preset);
+    return manifest;
+  }
+  manifest.mean_radius_m = preset.mean_radius_m;
   manifest.fall_speed_m_s = preset.fall_speed_m_s;
   manifest.pixel_m = gn2006_frame(preset, 0).pixel_m;
   return manifest;
@@ -87,8 +103,9 @@ void refuse_other_database(const std::string& folder, const Manifest& there, con
 Manifest open_database(const Preset& preset, const std::string& folder) {
   const Manifest fresh = empty_manifest(preset);
   if (fs::exists(folder + "/manifest.json")) {
-    const Manifest manifest = read_manifest(folder);
+    Manifest manifest = read_manifest(folder);
     refuse_other_database(folder, manifest, fresh);
+    if (preset.physical) add_sizes(manifest, preset);
     make_folder(folder + "/shards");
     return manifest;
   }
@@ -111,24 +128,44 @@ ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std:
     record.images.push_back(light_name(shard.lights[k]));
     record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
   }
-  record.images.insert(record.images.end(), {"env", "coverage"});
-  record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
+  if (!shard.env.mean.empty()) {
+    record.images.push_back("env");
+    record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
+  }
+  record.images.push_back("coverage");
   record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));
   return record;
 }
 
+void append_band(StreakImage& image, StreakImage band) {
+  if (image.mean.empty()) {
+    image = std::move(band);
+    return;
+  }
+  image.mean.insert(image.mean.end(), band.mean.begin(), band.mean.end());
+  image.variance.insert(image.variance.end(), band.variance.begin(), band.variance.end());
+}
+
+// One tracing for each band; where the drop is does not depend on the band.
 Shard trace_shard(const Preset& preset, const ShardKey& key,
                   const std::function<void(double)>& progress) {
-  const StreakRequest request = shard_request(preset, key);
-  TracedStreak streak = trace_streak(request, progress);
-  Shard shard;
-  shard.key = key;
-  shard.width_px = request.frame.width_px;
-  shard.height_px = request.frame.height_px;
-  shard.lights = request.lights;
-  shard.light = std::move(streak.light);
-  shard.env = std::move(streak.env);
-  shard.coverage = std::move(streak.coverage);
+  const std::vector<Band> bands = bands_of(preset);
+  Shard shard = {.key = key, .bands = {}, .lights = preset.lights};
+  shard.light.resize(shard.lights.size());
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    const StreakRequest request = shard_request(preset, key, static_cast<int>(k));
+    TracedStreak streak = trace_streak(request, [&](double share) {
+      progress((static_cast<double>(k) + share) / static_cast<double>(bands.size()));
+    });
+    shard.width_px = request.frame.width_px;
+    shard.height_px = request.frame.height_px;
+    shard.bands.push_back(bands[k].name);
+    for (std::size_t i = 0; i < shard.light.size(); ++i) {
+      append_band(shard.light[i], std::move(streak.light[i]));
+    }
+    if (preset.environment) append_band(shard.env, std::move(streak.env));
+    if (k == 0) shard.coverage = std::move(streak.coverage);
+  }
   return shard;
 }
 
@@ -163,11 +200,12 @@ void put_cost(CostFile& cost_file, const ShardKey& key, double cpu_s) {
 
 std::vector<ShardKey> keys_of(const Preset& preset) {
   std::vector<ShardKey> keys;
-  const int diameter_um = static_cast<int>(std::lround(2e6 * preset.mean_radius_m));
-  for (const int oscillation : preset.oscillations) {
-    set_of(preset, oscillation);  // refuses, before anything is written
-    for (const int view : preset.view_elevations_deg) {
-      keys.push_back({diameter_um, oscillation, view});
+  for (const int diameter_um : diameters_of(preset)) {
+    for (const int oscillation : preset.oscillations) {
+      set_of(preset, oscillation);  // refuses, before anything is written
+      for (const int view : preset.view_elevations_deg) {
+        keys.push_back({diameter_um, oscillation, view});
+      }
     }
   }
   return keys;
@@ -184,10 +222,11 @@ std::optional<ShardRecord> find_finished(const Preset& preset, const Manifest& m
   // Written, and the run killed before the manifest told of it.
   const std::string file = folder + "/shards/" + shard_name(key) + ".exr";
   if (!fs::exists(file)) return std::nullopt;
-  const StreakFrame frame = gn2006_frame(preset, key.view_elevation_deg);
+  const StreakFrame frame = shard_frame(preset, key);
   try {
     const Shard shard = read_shard(file);
     if (shard.width_px != frame.width_px || shard.height_px != frame.height_px) return std::nullopt;
+    if (shard.lights != preset.lights) return std::nullopt;
     return make_record(shard, frame, sha256(read_file(file)));
   } catch (const std::runtime_error&) {
     return std::nullopt;  // damaged since: traced again
@@ -216,8 +255,7 @@ GenerateSummary generate_database(const Preset& preset, const std::string& folde
       const Shard shard = trace_shard(preset, keys[i], report);
       const std::string file = "shards/" + shard_name(keys[i]) + ".exr";
       const std::string sha = write_shard(folder + "/" + file, shard);
-      put_record(manifest,
-                 make_record(shard, gn2006_frame(preset, keys[i].view_elevation_deg), sha));
+      put_record(manifest, make_record(shard, shard_frame(preset, keys[i]), sha));
       const double cpu_s = process_cpu_s() - start_s;
       summary.cpu_s += cpu_s;
       put_cost(costs, keys[i], cpu_s);

@@ -105,15 +105,17 @@ struct Integrator {
     polygon.vertices[2] = c;
     polygon.count = 3;
     clip_to_facing(polygon);
+    clip_to_margin(polygon);
     clip_to_cone(cone, polygon);
     deposit(window, light, moment.travel, polygon, moment.time_share * weight);
   }
 };
 
 // The polynomial through a cell's nodes, by its control points in space and time.
+template <std::size_t C>
 struct CellPolynomial {
   int times = 1;
-  std::array<Patch, cell_side> nets = {};
+  std::array<BezierNet<C>, cell_side> nets = {};
 
   template <typename NodeAt>  // node_at(place in the cell)
   CellPolynomial(int node_times, NodeAt node_at) : times(node_times) {
@@ -128,12 +130,12 @@ struct CellPolynomial {
   }
 
   // Control points in space at a share of the cell's time.
-  Patch at(double share) const {
+  BezierNet<C> at(double share) const {
     if (times == 1) return nets[0];
     const auto b = bernstein(share);
-    Patch net;
+    BezierNet<C> net;
     for (std::size_t n = 0; n < 16; ++n) {
-      for (std::size_t c = 0; c < quantities; ++c) {
+      for (std::size_t c = 0; c < C; ++c) {
         net[n][c] = b[0] * nets[0][n][c] + b[1] * nets[1][n][c] + b[2] * nets[2][n][c] +
                     b[3] * nets[3][n][c];
       }
@@ -157,14 +159,14 @@ ConeVertex patch_corner(const Patch& patch, const std::array<double, 3>& directi
       for (std::size_t c = 0; c < 4; ++c) sum[c] += w * patch[4 * j + i][column + c];
     }
   }
-  return {direction[0], direction[1], direction[2], sum[0], sum[1], sum[2], sum[3]};
+  return {direction[0], direction[1], direction[2], sum[0], sum[1], sum[2], sum[3], 1};
 }
 
 // A smooth patch: its polynomial at any moment, cut up where a light's cone is.
 struct SmoothPatch {
   Integrator& integrator;
   const FieldCell& cell;
-  CellPolynomial polynomial;
+  CellPolynomial<quantities> polynomial;
 
   SmoothPatch(Integrator& integral, const FieldPatch& patch)
       : integrator(integral),
@@ -278,6 +280,161 @@ void SmoothPatch::integrate() const {
   }
 }
 
+// What an edge patch holds at its nodes: the beam that meets the last interface, and the picture.
+enum : std::size_t {
+  incident_x, incident_y, incident_z, normal_x, normal_y, normal_z, part_s, part_p,
+  edge_column, edge_row, edge_facing, edge_quantities
+};
+using EdgeNet = BezierNet<edge_quantities>;
+
+// A patch whose map has an edge where the last interface turns to total reflection: what meets that
+// interface is the polynomial, what leaves it is computed at each point. Pieces are sampled at 3 x 3
+// points, and halved where a light may reach them until they are flat.
+struct EdgeCutter {
+  Integrator& integrator;
+  const EdgeNet& net;
+  const Moment& moment;
+  bool refracted = true;
+  std::vector<int>& lights;  // a stack: the last entries are those of the piece at hand
+  double flat = 0;
+
+  using Samples = std::array<ConeVertex, 9>;  // u fastest
+  static constexpr int deepest = 12;          // halvings, of either axis
+
+  ConeVertex sample(double u, double v) const {
+    const auto bu = bernstein(u), bv = bernstein(v);
+    std::array<double, edge_quantities> q = {};
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double w = bu[i] * bv[j];
+        for (std::size_t c = 0; c < edge_quantities; ++c) q[c] += w * net[4 * j + i][c];
+      }
+    }
+    const InterfaceExit exit = leave_interface(
+        refracted, {q[incident_x], q[incident_y], q[incident_z]},
+        {q[normal_x], q[normal_y], q[normal_z]}, q[part_s], q[part_p],
+        integrator.field.refractive_index);
+    return {exit.direction.x(), exit.direction.y(), exit.direction.z(), q[edge_column],
+            q[edge_row],        exit.throughput,    q[edge_facing],     exit.margin};
+  }
+
+  Samples samples(const Rectangle& r) const {
+    Samples s;
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        s[3 * j + i] = sample(r.u0 + 0.5 * static_cast<double>(i) * (r.u1 - r.u0),
+                              r.v0 + 0.5 * static_cast<double>(j) * (r.v1 - r.v0));
+      }
+    }
+    return s;
+  }
+
+  // Largest second difference of directions, and of light and picture over what is flat, along
+  // lines of that stride.
+  double bend(const Samples& s, std::size_t stride) const {
+    double most = 0;
+    for (std::size_t line = 0; line < 3; ++line) {
+      const std::size_t n = line * (4 - stride);
+      const ConeVertex &a = s[n], &b = s[n + stride], &c = s[n + 2 * stride];
+      const auto second = [&](double ConeVertex::* q) { return a.*q - 2 * b.*q + c.*q; };
+      const double direction = std::hypot(second(&ConeVertex::dx), second(&ConeVertex::dy),
+                                          second(&ConeVertex::dz));
+      const double brightest = std::max({least_light, a.throughput, b.throughput, c.throughput});
+      most = std::max({most, direction / flat,
+                       std::hypot(second(&ConeVertex::x), second(&ConeVertex::y)) / flat_px,
+                       std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
+    }
+    return most;
+  }
+
+  // Lights [first, end) of the stack reach the piece's parent.
+  void piece(const Rectangle& r, int depth, std::size_t first) {
+    const Samples s = samples(r);
+    const bool dark = std::all_of(s.begin(), s.end(), [](const ConeVertex& v) {
+      return v.facing < 0 || v.margin < 0;
+    });
+    if (dark && depth > 2) return;
+    // The middle of a curve stands out of its chord by half its second difference: twice that.
+    const double u_bend = bend(s, 1), v_bend = bend(s, 3);
+    const std::size_t end = lights.size();
+    for (std::size_t k = first; k < end; ++k) {
+      const int light = lights[k];
+      if (!misses(integrator.cones[static_cast<std::size_t>(light)], s,
+                  flat * std::max(u_bend, v_bend))) {
+        lights.push_back(light);
+      }
+    }
+    if (lights.size() > end) {
+      // Quads of half the size bend by a quarter of it; chord_factor as for the other patches.
+      const bool is_flat = std::max(u_bend, v_bend) < 4 / chord_factor;
+      if (is_flat || depth >= deepest) {
+        leaf(s, end);
+      } else {
+        halve_piece(r, u_bend >= v_bend, depth, end);
+      }
+    }
+    lights.resize(end);
+  }
+
+  static bool misses(const Cone& cone, const Samples& s, double slack) {
+    return std::any_of(cone.inward.begin(), cone.inward.end(), [&](const Eigen::Vector3d& n) {
+      return std::all_of(s.begin(), s.end(), [&](const ConeVertex& v) {
+        return n.x() * v.dx + n.y() * v.dy + n.z() * v.dz < -slack;
+      });
+    });
+  }
+
+  void halve_piece(const Rectangle& r, bool along_u, int depth, std::size_t first) {
+    Rectangle a = r, b = r;
+    if (along_u) {
+      a.u1 = b.u0 = 0.5 * (r.u0 + r.u1);
+    } else {
+      a.v1 = b.v0 = 0.5 * (r.v0 + r.v1);
+    }
+    piece(a, depth + 1, first);
+    piece(b, depth + 1, first);
+  }
+
+  void leaf(const Samples& s, std::size_t first) {
+    for (std::size_t k = first; k < lights.size(); ++k) {
+      for (const std::size_t n : {0u, 1u, 3u, 4u}) {
+        integrator.add_triangle(lights[k], moment, s[n], s[n + 1], s[n + 4]);
+        integrator.add_triangle(lights[k], moment, s[n], s[n + 4], s[n + 3]);
+      }
+    }
+  }
+};
+
+// Lights whose cone reaches a patch's nodes, and what lies between: half their spread more.
+std::vector<int> lights_near_nodes(const Integrator& integrator, const FieldPatch& patch);
+
+void integrate_edge_patch(Integrator& integrator, const FieldPatch& patch) {
+  const ExitField& field = integrator.field;
+  const FieldCell& cell = field.cells[patch.cell];
+  std::vector<int> lights = lights_near_nodes(integrator, patch);
+  if (lights.empty()) return;
+  bool refracted = false;
+  const CellPolynomial<edge_quantities> polynomial(field.times, [&](std::size_t place) {
+    const std::uint32_t n = cell.nodes[place];
+    const PathExit& e = *find_exit(field, n, patch.signature);
+    const Node v = integrator.node_values(n, e);
+    refracted = e.refracted;
+    return std::array<double, edge_quantities>{
+        e.incident.x(), e.incident.y(), e.incident.z(), e.normal.x(), e.normal.y(), e.normal.z(),
+        e.power_s,      e.power_p,      v[column],      v[row],       v[facing]};
+  });
+  for (const Moment& moment : integrator.within(integrator.moments, cell)) {
+    const EdgeNet net = polynomial.at(share_of_cell(cell, moment));
+    EdgeCutter cutter{.integrator = integrator,
+                      .net = net,
+                      .moment = moment,
+                      .refracted = refracted,
+                      .lights = lights};
+    cutter.flat = flat_share * std::tan(integrator.cones.front().half_angle_rad);
+    cutter.piece({}, 0, 0);
+  }
+}
+
 // Where in a cell's time a moment is: between the nodes `before` and the next.
 struct BetweenNodes {
   std::size_t before = 0;
@@ -297,7 +454,7 @@ std::size_t corner_place(std::size_t i, std::size_t j, std::size_t k) {
 }
 
 ConeVertex to_vertex(const Node& n) {
-  return {n[dir_x], n[dir_y], n[dir_z], n[column], n[row], n[light], n[facing]};
+  return {n[dir_x], n[dir_y], n[dir_z], n[column], n[row], n[light], n[facing], 1};
 }
 
 // A place of a cell between two times of its nodes: in between where both are there, else as at the
@@ -333,14 +490,20 @@ void for_loose_triangles(const BetweenNodes& t, int times, NodeAt node_at, Add a
   }
 }
 
-// Lights whose cone reaches the hull of a loose patch's nodes.
-std::vector<int> lights_in_reach(const Integrator& integrator, const FieldPatch& patch) {
+std::vector<int> lights_near_nodes(const Integrator& integrator, const FieldPatch& patch) {
   const ExitField& field = integrator.field;
   std::vector<Eigen::Vector3d> directions;
+  Eigen::Vector3d mean = {0, 0, 0};
   for (int n = 0; n < 16 * field.times; ++n) {
     const std::uint32_t node = field.cells[patch.cell].nodes[static_cast<std::size_t>(n)];
     const PathExit* exit = find_exit(field, node, patch.signature);
-    if (exit) directions.push_back(exit->direction);
+    if (!exit) continue;
+    directions.push_back(exit->direction);
+    mean += exit->direction;
+  }
+  mean /= static_cast<double>(directions.size());
+  if (patch.kind == PatchKind::edge) {
+    for (Eigen::Vector3d& d : directions) d += 0.5 * (d - mean);
   }
   std::vector<int> found;
   for (std::size_t l = 0; l < integrator.cones.size(); ++l) {
@@ -352,7 +515,7 @@ std::vector<int> lights_in_reach(const Integrator& integrator, const FieldPatch&
 void integrate_loose_patch(Integrator& integrator, const FieldPatch& patch) {
   const ExitField& field = integrator.field;
   const FieldCell& cell = field.cells[patch.cell];
-  const std::vector<int> lights = lights_in_reach(integrator, patch);
+  const std::vector<int> lights = lights_near_nodes(integrator, patch);
   if (lights.empty()) return;
   const auto node_at = [&](std::size_t time, std::size_t place) -> std::optional<Node> {
     const std::uint32_t node = cell.nodes[16 * time + place];
@@ -398,7 +561,7 @@ struct SurfaceCell {
   }
 
   // Twice as fine as the nodes where the outline passes: a chord's bulge shrinks to a quarter.
-  void add_whole(const CellPolynomial& polynomial, bool at_outline, const Moment& moment) const {
+  void add_whole(const CellPolynomial<quantities>& polynomial, bool at_outline, const Moment& moment) const {
     const Patch net = polynomial.at(share_of_cell(cell, moment));
     const std::size_t steps = (cell_side - 1) * (at_outline ? 2 : 1);
     std::array<std::array<ConeVertex, 2 * cell_side - 1>, 2 * cell_side - 1> grid;
@@ -441,8 +604,8 @@ struct SurfaceCell {
       for (const Moment& moment : moments) add_loose(moment);
       return;
     }
-    const CellPolynomial polynomial(integrator.field.times,
-                                    [&](std::size_t place) { return values(place); });
+    const CellPolynomial<quantities> polynomial(integrator.field.times,
+                                                [&](std::size_t place) { return values(place); });
     for (const Moment& moment : moments) add_whole(polynomial, behind, moment);
   }
 };
@@ -463,10 +626,16 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
   const double sine = std::sin(lights.half_angle_rad);
   integrator.weight = 1 / (std::numbers::pi * sine * sine);
   for (const FieldPatch& patch : field.patches) {
-    if (patch.smooth) {
-      SmoothPatch(integrator, patch).integrate();
-    } else {
-      integrate_loose_patch(integrator, patch);
+    switch (patch.kind) {
+      case PatchKind::smooth:
+        SmoothPatch(integrator, patch).integrate();
+        break;
+      case PatchKind::edge:
+        integrate_edge_patch(integrator, patch);
+        break;
+      case PatchKind::loose:
+        integrate_loose_patch(integrator, patch);
+        break;
     }
   }
   for (const std::uint32_t cell : field.surfaces) {

@@ -28,13 +28,6 @@ Eigen::Vector3d s_axis(const Eigen::Vector3d& direction, const Eigen::Vector3d& 
   return s / std::sqrt(length2);
 }
 
-// Squared cosine of refraction, < 0 for total reflection. Written so that nothing cancels for a
-// ratio near 1, where 1 - ratio^2 sin^2 loses a small cosine.
-double cos2_refracted(double cos_incidence, double ratio) {
-  const double c = ratio * cos_incidence;
-  return (1 - ratio) * (1 + ratio) + c * c;
-}
-
 }  // namespace
 
 Beam unpolarised_beam(const Eigen::Vector3d& direction) {
@@ -49,6 +42,20 @@ double power(const Beam& beam) {
   return 0.5 * beam.field.squaredNorm();
 }
 
+// Written so that nothing cancels for a ratio near 1, where 1 - ratio^2 sin^2 loses a small cosine.
+double squared_cosine_refracted(double cos_incidence, double index_ratio) {
+  const double c = index_ratio * cos_incidence;
+  return (1 - index_ratio) * (1 + index_ratio) + c * c;
+}
+
+Eigen::Vector3d refracted_direction(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
+                                    double index_ratio) {
+  const double ci = -direction.dot(normal);
+  const double ct2 = squared_cosine_refracted(ci, index_ratio);
+  const double ct = ct2 > 0 ? std::sqrt(ct2) : 0;
+  return (index_ratio * direction + (index_ratio * ci - ct) * normal).normalized();
+}
+
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio) {
   const Eigen::Vector3d& d = beam.direction;
   const double ci = -d.dot(normal);
@@ -58,13 +65,15 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
   const FieldRow fp = d.cross(s).transpose() * beam.field;
 
   Split out;
+  out.power_s = 0.5 * fs.squaredNorm();
+  out.power_p = 0.5 * fp.squaredNorm();
+  out.refracted.direction = refracted_direction(d, normal, index_ratio);
   out.reflected.direction = (d + 2 * ci * normal).normalized();
   const Eigen::Vector3d p_reflected = out.reflected.direction.cross(s);
-  const double ct2 = cos2_refracted(ci, index_ratio);
+  const double ct2 = squared_cosine_refracted(ci, index_ratio);
   if (ct2 <= 0) {
     // Total reflection: r = (a - i b)/(a + i b) has modulus 1 and a phase that differs for s and p.
     out.totally_reflected = true;
-    out.refracted.direction = (d + ci * normal).normalized();
     const double kappa = std::sqrt(-ct2);
     const auto phase = [](double a, double b) {
       const double norm = a * a + b * b;
@@ -82,13 +91,12 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
   const double ts = root / (index_ratio * ci + ct);
   const double tp = root / (ci + index_ratio * ct);
   out.reflected.field = s * (rs * fs) + p_reflected * (rp * fp);
-  out.refracted.direction = (index_ratio * d + (index_ratio * ci - ct) * normal).normalized();
   out.refracted.field = s * (ts * fs) + out.refracted.direction.cross(s) * (tp * fp);
   return out;
 }
 
 FresnelPower fresnel_reflectance(double cos_incidence, double index_ratio) {
-  const double ct2 = cos2_refracted(cos_incidence, index_ratio);
+  const double ct2 = squared_cosine_refracted(cos_incidence, index_ratio);
   if (ct2 <= 0) return {1, 1};
   const double ct = std::sqrt(ct2);
   const double rs = (index_ratio * cos_incidence - ct) / (index_ratio * cos_incidence + ct);

@@ -25,6 +25,7 @@ Beam unpolarised_beam(const Eigen::Vector3d& direction);
 double power(const Beam& beam);
 
 struct Split {
+  double power_s = 0, power_p = 0;  // of the incident beam, in the two parts; their sum is its power
   Beam reflected = {};
   Beam refracted = {};  // where totally_reflected: no field, along the surface
   bool totally_reflected = false;
@@ -39,11 +40,18 @@ struct Split {
 // that the two still add up to 1.
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio);
 
+// The direction alone of the refracted beam; along the surface where reflection is total.
+Eigen::Vector3d refracted_direction(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
+                                    double index_ratio);
+
+// Squared cosine of refraction: negative where reflection is total, and analytic across that edge.
+double squared_cosine_refracted(double cos_incidence, double index_ratio);
+
 struct FresnelPower {
   double s = 0, p = 0;  // reflected share of power
 };
 
-// cos_incidence in [0, 1]. Total reflection gives 1, 1.
+// Total reflection gives 1, 1; cos_incidence < 0 the continuation past grazing (above 1).
 FresnelPower fresnel_reflectance(double cos_incidence, double index_ratio);
 
 }  // namespace pluvia

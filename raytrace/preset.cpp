@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "atlas/atlas_lookup.h"
+#include "oscillation/water.h"
 #include "raytrace/toml_reader.h"
 
 namespace pluvia {
@@ -18,73 +18,70 @@ namespace {
 constexpr double drop_radius_px_of_16 = 5.6;
 constexpr double path_top_px_of_16 = 9;
 
-DropShape drop_of(const Preset& preset, const OscillationSet& set) {
+constexpr int most_rows = 1 << 20;  // what a manifest takes (atlas/manifest.cpp)
+
+DropShape drop_of(const Preset& preset, const OscillationSet& set, int diameter_um) {
+  if (preset.physical) return physical_drop(*preset.physical, set, diameter_um);
   DropShape drop;
   drop.mean_radius_m = preset.mean_radius_m;
   drop.density_kg_m3 = preset.density_kg_m3;
   drop.surface_tension_n_m = preset.surface_tension_n_m;
   drop.phi_drop_rad = set.phi_drop_deg * std::numbers::pi / 180;
-  if (set.a20 != 0) drop.modes.push_back({.n = 2, .m = 0, .amplitude = set.a20});
-  if (set.a31 != 0) drop.modes.push_back({.n = 3, .m = 1, .amplitude = set.a31});
+  drop.modes = shape_modes(set);
   return drop;
 }
 
+double span_of(const Preset& preset) {
+  return preset.physical ? preset.physical->span_s : preset.exposure_s;
+}
+
+void refuse_thin_drop(const TomlReader& table, const Preset& preset, const OscillationSet& set) {
+  for (const int diameter_um : diameters_of(preset)) {
+    const DropShape drop = drop_of(preset, set, diameter_um);
+    if (least_relative_radius(drop) > smallest_relative_radius) continue;
+    const double nearest = minimum_relative_radius(drop, span_of(preset));
+    if (nearest > smallest_relative_radius) continue;
+    table.refuse(preset.physical ? "mode" : "A20",
+                 fmt::format("set {}: the drop's surface comes as near as {:.3f} r0 to its centre; "
+                             "expected more than {} r0 (smaller {})",
+                             set.index, nearest, smallest_relative_radius,
+                             preset.physical ? "amplitudes" : "A20, A31"));
+  }
+}
+
 OscillationSet read_set(TomlReader& table, const Preset& preset) {
-  OscillationSet set;
-  table.required("index", set.index, 0, 99);
-  table.required("A20", set.a20, {-1, 1});
-  table.required("A31", set.a31, {-1, 1});
-  table.required("phi_drop_deg", set.phi_drop_deg, {-360, 360}, "deg");
-  table.finish();
+  const OscillationSet set = preset.physical ? read_physical_set(table) : read_gn2006_set(table);
   for (const OscillationSet& other : preset.sets) {
     if (other.index == set.index) {
       table.refuse("index", fmt::format("index = {} again; expected each index once", set.index));
     }
   }
-  const double nearest = minimum_relative_radius(drop_of(preset, set), preset.exposure_s);
-  if (!(nearest > smallest_relative_radius)) {
-    table.refuse("A20", fmt::format("set {}: the drop's surface comes as near as {:.3f} r0 to its "
-                                    "centre; expected more than {} r0 (smaller A20, A31)",
-                                    set.index, nearest, smallest_relative_radius));
-  }
+  refuse_thin_drop(table, preset, set);
   return set;
 }
 
-// Lights beyond azimuth 180 are served by the mirrored drop (atlas/atlas_lookup.h): each set's
-// mirror image must be the set that the rule names.
-void refuse_wrong_mirrors(const std::string& file, const Preset& preset) {
-  for (const OscillationSet& set : preset.sets) {
-    if (set.a31 == 0) continue;
-    const int partner = fold_angles(0, 0, -90, set.index).oscillation;
-    const auto other = std::find_if(preset.sets.begin(), preset.sets.end(),
-                                    [&](const OscillationSet& s) { return s.index == partner; });
-    const bool mirrors =
-        other != preset.sets.end() && other->a20 == set.a20 && other->a31 == set.a31 &&
-        std::abs(std::remainder(other->phi_drop_deg + set.phi_drop_deg, 360)) < 1e-9;
-    if (!mirrors) {
-      throw std::runtime_error(
-          fmt::format("{}: set {}: its left-right mirror image is not set {}; expected there A20 = "
-                      "{}, A31 = {}, "
-                      "phi_drop_deg = {}",
-                      file, set.index, partner, set.a20, set.a31, -set.phi_drop_deg));
-    }
-  }
-}
-
-// Needs the preset's drop and exposure, which decide how thin the drops of the sets become.
+// Needs the preset's drops and exposure, which decide how thin the drops of the sets become.
 void read_sets(const std::string& file, Preset& preset) {
   const toml::table document = read_toml(file);
   TomlReader top(document, file, "");
+  if (preset.physical && top.has("amplitude_factor")) {
+    preset.physical->amplitude = read_amplitude_factor(top.table("amplitude_factor"));
+  }
   for (TomlReader& table : top.tables("set")) preset.sets.push_back(read_set(table, preset));
   top.finish();
   if (preset.sets.empty()) {
     throw std::runtime_error(file + ":1:1: no [[set]]; expected at least one oscillation set");
   }
-  refuse_wrong_mirrors(file, preset);
+  refuse_wrong_mirrors(file, preset.sets);
 }
 
 void read_accuracy(TomlReader accuracy, Preset& preset) {
-  accuracy.required("slices", preset.slices, 1, 1000000);
+  if (preset.physical) {
+    accuracy.required("slices_per_row", preset.physical->slices_per_row, {0, 100, true});
+    accuracy.required("slices_per_period", preset.physical->slices_per_period, {0, 10000, true});
+  } else {
+    accuracy.required("slices", preset.slices, 1, 1000000);
+  }
   accuracy.required("spans_per_period", preset.spans_per_period, {0, 1000, true});
   accuracy.required("base_cells", preset.field.base_cells, 2, 256);
   accuracy.required("space_depth", preset.field.space_depth, 0, 8);
@@ -94,11 +91,38 @@ void read_accuracy(TomlReader accuracy, Preset& preset) {
 }
 
 void read_drop(TomlReader drop, Preset& preset) {
+  if (preset.physical) {
+    read_physical_drop(drop, *preset.physical);
+    preset.density_kg_m3 = water_density_kg_m3(preset.physical->air.temperature_c);
+    preset.surface_tension_n_m = water_surface_tension_n_m(preset.physical->air.temperature_c);
+    return;
+  }
   drop.required("mean_radius_m", preset.mean_radius_m, {1e-5, 1e-2}, "m");
   drop.required("density_kg_m3", preset.density_kg_m3, {1, 1e5}, "kg/m^3");
   drop.required("surface_tension_n_m", preset.surface_tension_n_m, {0, 10, true}, "N/m");
   drop.required("refractive_index", preset.field.paths.refractive_index, {1, 4});
   drop.finish();
+}
+
+void read_exposure(TomlReader& exposure, Preset& preset) {
+  exposure.required("exposure_s", preset.exposure_s, {0, 1, true}, "s");
+  if (preset.physical) {
+    preset.physical->span_s = preset.exposure_s;
+    exposure.optional("span_s", preset.physical->span_s, {preset.exposure_s, 10}, "s");
+  } else {
+    exposure.required("fall_speed_m_s", preset.fall_speed_m_s, {0, 20, true}, "m/s");
+  }
+  exposure.finish();
+}
+
+void read_light(TomlReader light, Preset& preset) {
+  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
+  light.required("max_order", preset.field.paths.max_order, 0, 20);
+  if (preset.physical) {
+    read_bands(light, *preset.physical);
+    preset.field.paths.refractive_index = preset.physical->bands.front().refractive_index;
+  }
+  light.finish();
 }
 
 void read_picture(TomlReader picture, Preset& preset) {
@@ -107,8 +131,13 @@ void read_picture(TomlReader picture, Preset& preset) {
     picture.refuse("width_px",
                    fmt::format("width_px = {}; expected a power of two", preset.width_px));
   }
-  picture.optional("view_elevations_deg", preset.view_elevations_deg, 0, 80);
+  picture.optional("view_elevations_deg", preset.view_elevations_deg, preset.physical ? -80 : 0,
+                   80);
   picture.optional("oscillations", preset.oscillations, 0, 99);
+  if (preset.physical) {
+    preset.environment = false;
+    picture.optional("environment", preset.environment);
+  }
   picture.finish();
   for (const char* key : {"view_elevations_deg", "oscillations"}) {
     const auto& list = key[0] == 'v' ? preset.view_elevations_deg : preset.oscillations;
@@ -140,9 +169,47 @@ double height_of_16(int view_elevation_deg) {
   }
 }
 
+double radians(int degrees) {
+  return degrees * std::numbers::pi / 180;
+}
+
+nlohmann::json json_of_sets(const Preset& preset) {
+  nlohmann::json sets = nlohmann::json::array();
+  for (const OscillationSet& set : preset.sets) {
+    nlohmann::json json = {{"index", set.index}, {"phi_drop_deg", set.phi_drop_deg}};
+    if (preset.physical) {
+      json["modes"] = nlohmann::json::array();
+      for (const Mode& mode : set.modes) {
+        json["modes"].push_back({{"n", mode.n},
+                                 {"m", mode.m},
+                                 {"amplitude", mode.amplitude},
+                                 {"phase_rad", mode.phase_rad}});
+      }
+    } else {
+      json["A20"] = set.a20;
+      json["A31"] = set.a31;
+    }
+    sets.push_back(json);
+  }
+  return sets;
+}
+
+// Of the whole fall at view 0, whose pictures are the highest.
+void refuse_high_pictures(const TomlReader& exposure, const Preset& preset) {
+  for (const int diameter_um : diameters_of(preset)) {
+    const SizeRecord size = size_of(preset, diameter_um);
+    const double rows = preset.width_px + size.fall_speed_m_s * size.span_s / size.pixel_m;
+    if (rows < most_rows) continue;
+    exposure.refuse("span_s", fmt::format("drops of {} mm fall {:.0f} rows in span_s = {} s; "
+                                          "expected less than {}",
+                                          diameter_um / 1000.0, rows, size.span_s, most_rows));
+  }
+}
+
 // The heights are those of the published pictures: a longer fall would be cut off at their last
 // row.
 void refuse_long_fall(const TomlReader& exposure, const Preset& preset) {
+  if (preset.physical) return refuse_high_pictures(exposure, preset);
   const StreakFrame frame = gn2006_frame(preset, 0);
   const double end_row = frame.path_top_row + frame.path_rows;
   if (end_row <= frame.height_px) return;
@@ -161,21 +228,18 @@ Preset read_preset(const std::string& file) {
   Preset preset;
   std::string oscillation_file;
   top.required("preset", preset.name);
-  if (preset.name != "gn2006") {
-    top.refuse("preset", fmt::format("preset = \"{}\"; expected \"gn2006\"", preset.name));
+  if (preset.name != "gn2006" && preset.name != "physical") {
+    top.refuse("preset",
+               fmt::format("preset = \"{}\"; expected \"gn2006\" or \"physical\"", preset.name));
   }
+  if (preset.name == "physical") preset.physical.emplace();
   top.required("oscillation_file", oscillation_file);
   top.optional("seed", preset.seed);
   read_drop(top.table("drop"), preset);
   TomlReader exposure = top.table("exposure");
-  exposure.required("exposure_s", preset.exposure_s, {0, 1, true}, "s");
-  exposure.required("fall_speed_m_s", preset.fall_speed_m_s, {0, 20, true}, "m/s");
-  exposure.finish();
+  read_exposure(exposure, preset);
   read_sets(path_beside(file, oscillation_file), preset);
-  TomlReader light = top.table("light");
-  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
-  light.required("max_order", preset.field.paths.max_order, 0, 20);
-  light.finish();
+  read_light(top.table("light"), preset);
   read_picture(top.table("picture"), preset);
   refuse_long_fall(exposure, preset);
   read_accuracy(top.table("accuracy"), preset);
@@ -194,31 +258,36 @@ const OscillationSet& set_of(const Preset& preset, int oscillation) {
 }
 
 std::string preset_parameters(const Preset& preset) {
-  nlohmann::json sets = nlohmann::json::array();
-  for (const OscillationSet& set : preset.sets) {
-    sets.push_back({{"index", set.index},
-                    {"A20", set.a20},
-                    {"A31", set.a31},
-                    {"phi_drop_deg", set.phi_drop_deg}});
+  nlohmann::json parameters = {{"oscillation_sets", json_of_sets(preset)},
+                               {"tracer_version", tracer_version},
+                               {"density_kg_m3", preset.density_kg_m3},
+                               {"surface_tension_n_m", preset.surface_tension_n_m},
+                               {"max_order", preset.field.paths.max_order},
+                               {"min_power", preset.field.paths.min_power},
+                               {"exposure_s", preset.exposure_s},
+                               {"cone_half_angle_deg", preset.cone_half_angle_deg},
+                               {"width_px", preset.width_px},
+                               {"base_cells", preset.field.base_cells},
+                               {"spans_per_period", preset.spans_per_period},
+                               {"space_depth", preset.field.space_depth},
+                               {"time_depth", preset.field.time_depth},
+                               {"bend_tolerance", preset.field.bend_tolerance}};
+  if (preset.physical) {
+    parameters.update(nlohmann::json::parse(physical_parameters(*preset.physical)));
+  } else {
+    parameters["mean_radius_m"] = preset.mean_radius_m;
+    parameters["refractive_index"] = preset.field.paths.refractive_index;
+    parameters["fall_speed_m_s"] = preset.fall_speed_m_s;
+    parameters["slices"] = preset.slices;
   }
-  const nlohmann::json parameters = {{"oscillation_sets", sets},
-                                     {"tracer_version", tracer_version},
-                                     {"mean_radius_m", preset.mean_radius_m},
-                                     {"density_kg_m3", preset.density_kg_m3},
-                                     {"surface_tension_n_m", preset.surface_tension_n_m},
-                                     {"refractive_index", preset.field.paths.refractive_index},
-                                     {"max_order", preset.field.paths.max_order},
-                                     {"min_power", preset.field.paths.min_power},
-                                     {"exposure_s", preset.exposure_s},
-                                     {"fall_speed_m_s", preset.fall_speed_m_s},
-                                     {"cone_half_angle_deg", preset.cone_half_angle_deg},
-                                     {"width_px", preset.width_px},
-                                     {"slices", preset.slices},
-                                     {"spans_per_period", preset.spans_per_period},
-                                     {"base_cells", preset.field.base_cells},
-                                     {"space_depth", preset.field.space_depth},
-                                     {"time_depth", preset.field.time_depth},
-                                     {"bend_tolerance", preset.field.bend_tolerance}};
+  // Both absent where nothing is left out.
+  if (!preset.environment) parameters["environment"] = false;
+  if (preset.lights != gn2006_light_directions()) {
+    parameters["lights"] = nlohmann::json::array();
+    for (const LightDirection& light : preset.lights) {
+      parameters["lights"].push_back(light_name(light));
+    }
+  }
   return parameters.dump();
 }
 
@@ -231,24 +300,76 @@ StreakFrame gn2006_frame(const Preset& preset, int view_elevation_deg) {
   frame.centre_column = preset.width_px / 2.0;
   frame.path_top_row = path_top_px_of_16 * scale;
   frame.path_rows = preset.fall_speed_m_s * preset.exposure_s *
-                    std::cos(view_elevation_deg * std::numbers::pi / 180) / frame.pixel_m;
+                    std::cos(radians(view_elevation_deg)) / frame.pixel_m;
   return frame;
 }
 
-StreakRequest shard_request(const Preset& preset, const ShardKey& key) {
+StreakFrame physical_frame(const Preset& preset, int diameter_um, int view_elevation_deg) {
+  const SizeRecord size = size_of(preset, diameter_um);
+  StreakFrame frame;
+  frame.width_px = preset.width_px;
+  frame.pixel_m = size.pixel_m;
+  frame.centre_column = frame.path_top_row = preset.width_px / 2.0;
+  frame.path_rows =
+      size.fall_speed_m_s * size.span_s * std::cos(radians(view_elevation_deg)) / size.pixel_m;
+  frame.height_px =
+      static_cast<int>(std::ceil(frame.path_top_row + frame.path_rows + preset.width_px / 2.0));
+  return frame;
+}
+
+StreakFrame shard_frame(const Preset& preset, const ShardKey& key) {
+  if (preset.physical) return physical_frame(preset, key.diameter_um, key.view_elevation_deg);
+  return gn2006_frame(preset, key.view_elevation_deg);
+}
+
+SizeRecord size_of(const Preset& preset, int diameter_um) {
+  if (!preset.physical) {
+    return {.diameter_um = diameter_um,
+            .mean_radius_m = preset.mean_radius_m,
+            .fall_speed_m_s = preset.fall_speed_m_s,
+            .span_s = preset.exposure_s,
+            .pixel_m = gn2006_frame(preset, 0).pixel_m};
+  }
+  double reach_m = 0;
+  for (const OscillationSet& set : preset.sets) {
+    reach_m = std::max(reach_m, drop_reach_m(drop_of(preset, set, diameter_um)));
+  }
+  return {.diameter_um = diameter_um,
+          .mean_radius_m = diameter_um * 0.5e-6,
+          .fall_speed_m_s = fall_speed_m_s(diameter_um * 1e-6, preset.physical->air),
+          .span_s = preset.physical->span_s,
+          .pixel_m = 2 * reach_m / (preset.width_px - 2)};
+}
+
+std::vector<int> diameters_of(const Preset& preset) {
+  if (preset.physical) return preset.physical->diameters_um;
+  return {static_cast<int>(std::lround(2e6 * preset.mean_radius_m))};
+}
+
+std::vector<Band> bands_of(const Preset& preset) {
+  if (preset.physical) return preset.physical->bands;
+  return {{.name = "Y", .refractive_index = preset.field.paths.refractive_index}};
+}
+
+StreakRequest shard_request(const Preset& preset, const ShardKey& key, int band) {
   StreakRequest request;
-  request.drop = drop_of(preset, set_of(preset, key.oscillation));
+  request.drop = drop_of(preset, set_of(preset, key.oscillation), key.diameter_um);
   request.view_elevation_deg = key.view_elevation_deg;
-  request.lights = gn2006_light_directions();
+  request.lights = preset.lights;
   request.cone_half_angle_rad = preset.cone_half_angle_deg * std::numbers::pi / 180;
-  request.exposure_s = preset.exposure_s;
-  request.frame = gn2006_frame(preset, key.view_elevation_deg);
+  request.exposure_s = span_of(preset);
+  request.frame = shard_frame(preset, key);
   request.field = preset.field;
-  request.slices = preset.slices;
+  request.field.paths.refractive_index =
+      bands_of(preset).at(static_cast<std::size_t>(band)).refractive_index;
+  request.slices = preset.physical
+                       ? slices_needed(*preset.physical, request.drop, request.frame.path_rows)
+                       : preset.slices;
   request.spans_per_period = preset.spans_per_period;
   // A shard's seed follows from its key, so that it can be traced alone and gives the same bytes.
   request.seed = preset.seed * 1000003u + static_cast<std::uint64_t>(key.oscillation) * 1009u +
                  static_cast<std::uint64_t>(key.view_elevation_deg + 90);
+  if (preset.physical) request.seed += static_cast<std::uint64_t>(key.diameter_um) * 1000000007u;
   return request;
 }
 

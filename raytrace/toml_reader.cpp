@@ -226,6 +226,22 @@ void TomlReader::optional(const char* key, std::vector<int>& value, int low, int
   value = std::move(values);
 }
 
+void TomlReader::required(const char* key, std::vector<double>& value, const Range& range,
+                          const char* unit) {
+  const std::string expected =
+      fmt::format("an array of numbers, {}", expected_range(key, range, unit));
+  const toml::node& node = find_required(key, expected);
+  const auto* list = node.as_array();
+  if (!list) refuse_value(key, full_name(key) + " = " + quoted(node), expected);
+  std::vector<double> values;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::string suffix = fmt::format("[{}]", i);
+    values.push_back(
+        number(key, *list->get(i), range, expected_range(key + suffix, range, unit), suffix));
+  }
+  value = std::move(values);
+}
+
 bool TomlReader::has(const char* key) {
   return find(key) != nullptr;
 }

@@ -41,6 +41,8 @@ class TomlReader {
   void required(const char* key, Eigen::Vector3d& value, const Range& range = {});
   void optional(const char* key, Eigen::Vector3d& value, const Range& range = {});
   void optional(const char* key, std::vector<int>& value, int low, int high);
+  void required(const char* key, std::vector<double>& value, const Range& range,
+                const char* unit = "");
   bool has(const char* key);                        // marks the key as known, too
   TomlReader table(const char* key);                // required sub-table
   std::vector<TomlReader> tables(const char* key);  // array of tables; absent: empty

@@ -88,6 +88,20 @@ TEST(AtlasLookup, ViewFromBelowIsServedAsTheFlippedViewFromAbove) {
   EXPECT_FALSE(std::signbit(fold_angles(20, -0.0, 50, 2).light_elevation_deg));
 }
 
+TEST(AtlasLookup, AnAtlasWithViewsFromBelowKeepsThem) {
+  expect_angles(fold_angles(-20, 30, 50, 2, ViewsBelow::own), -20, 30, 50, 2, false);
+  expect_angles(fold_angles(-20, 30, 190, 2, ViewsBelow::own), -20, 30, 170, 4, true);
+  expect_angles(fold_angles(20, 30, 190, 2, ViewsBelow::own), 20, 30, 170, 4, true);
+  EXPECT_FALSE(std::signbit(fold_angles(-0.0, 0, 0, 2, ViewsBelow::own).view_elevation_deg));
+  StreakAtlas atlas = gn2006_atlas();
+  EXPECT_EQ(views_below(atlas), ViewsBelow::flipped);
+  atlas.views.insert(atlas.views.begin(), {.elevation_deg = -20});
+  EXPECT_EQ(views_below(atlas), ViewsBelow::own);
+  const CellChoice choice = choose_cells(atlas, fold_angles(-5, 0, 0, 0, views_below(atlas)));
+  EXPECT_EQ(choice.view[0], 0);
+  EXPECT_DOUBLE_EQ(choice.view_weight[0], 0.25);
+}
+
 TEST(AtlasLookup, FoldingTwiceIsFoldingOnce) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> elevation(-90, 90);

@@ -44,17 +44,6 @@ std::optional<double> scanned(const DropInstant& drop, const Ray& ray, double fr
   return std::nullopt;
 }
 
-// The drops on which rays are tried: published modes at strong, concave amplitudes; many waves;
-// moved.
-std::vector<DropInstant> hard_drops() {
-  DropShape moved;
-  moved.modes = {{2, 0, 0.3, pi / 2}, {3, 1, 0.2, pi / 2}};
-  moved.keep_volume = moved.keep_centroid = true;
-  return {concave_drop(), concave_drop(-0.3, 0.2),
-          frozen_drop({{8, 0, 0.1, 0}, {8, 5, 2e-6, 0}, {2, 0, -0.2, 0}}),
-          frozen_drop({{8, 8, 2e-8, 0}, {3, 1, 0.15, 0}}), drop_at(moved, 0)};
-}
-
 // The hit is on the ray and on the surface, with its normal; nothing was crossed before it.
 void expect_first_root(const DropInstant& drop, const Ray& ray, const DropHit& hit, double from,
                        int steps) {

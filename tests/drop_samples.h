@@ -37,4 +37,15 @@ inline DropInstant concave_drop(double a20 = 0.3, double a31 = 0.2, double mean_
                      mean_radius_m);
 }
 
+// The drops on which rays are tried: published modes at strong, concave amplitudes; many waves;
+// moved.
+inline std::vector<DropInstant> hard_drops() {
+  DropShape moved;
+  moved.modes = {{2, 0, 0.3, std::numbers::pi / 2}, {3, 1, 0.2, std::numbers::pi / 2}};
+  moved.keep_volume = moved.keep_centroid = true;
+  return {concave_drop(), concave_drop(-0.3, 0.2),
+          frozen_drop({{8, 0, 0.1, 0}, {8, 5, 2e-6, 0}, {2, 0, -0.2, 0}}),
+          frozen_drop({{8, 8, 2e-8, 0}, {3, 1, 0.15, 0}}), drop_at(moved, 0)};
+}
+
 }  // namespace pluvia

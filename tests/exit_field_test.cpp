@@ -39,7 +39,7 @@ TEST(ExitField, ACellsPolynomialIsTheMapAtAnyTimeAndPlace) {
   ASSERT_EQ(field.times, 4);
   int compared = 0;
   for (const FieldPatch& patch : field.patches) {
-    if (!patch.smooth) continue;
+    if (patch.kind != PatchKind::smooth) continue;
     const FieldCell& cell = field.cells[patch.cell];
     // The middle of the cell in space and time: Lagrange weights of a cubic there.
     constexpr std::array<double, 4> w = {-1.0 / 16, 9.0 / 16, 9.0 / 16, -1.0 / 16};
@@ -157,7 +157,7 @@ TEST(ExitField, SmoothPatchesHaveTheirPathAtEveryNode) {
   int smooth = 0;
   for (const FieldPatch& patch : field.patches) {
     ASSERT_LT(patch.cell, field.cells.size());
-    if (!patch.smooth) continue;
+    if (patch.kind != PatchKind::smooth) continue;
     ++smooth;
     for (std::size_t n = 0; n < 16; ++n) {
       ASSERT_NE(find_exit(field, field.cells[patch.cell].nodes[n], patch.signature), nullptr);

@@ -86,6 +86,33 @@ TEST(ExitPaths, TheMapGoesOnPastTheOutline) {
   }
 }
 
+TEST(ExitPaths, TheLastInterfaceGivesDirectionAndThroughput) {
+  // From the fields along the path and from the powers at its end: 1e-12, roundings of some tens of
+  // operations, near grazing exits divided by a cosine. Where light meets the drop again the
+  // throughput is 0 and so are the powers.
+  Random random(5);
+  const DropInstant drop = concave_drop(0.15, 0.1);
+  int refracted = 0, total = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d to_camera = random_direction(random), u = random_direction(random);
+    const Eigen::Vector3d normal = surface_normal(drop, u);
+    if (normal.dot(to_camera) < -0.35) continue;
+    std::vector<PathExit> exits;
+    trace_exits(drop, surface_radius_m(drop, u) * u, normal, to_camera, {}, exits);
+    for (const PathExit& exit : exits) {
+      const InterfaceExit end = leave_interface(exit.refracted, exit.incident, exit.normal,
+                                                exit.power_s, exit.power_p, 1.333);
+      ASSERT_LT((end.direction - exit.direction).norm(), 1e-7) << i;
+      ASSERT_NEAR(end.throughput, exit.throughput, 1e-7 * std::max(1.0, exit.throughput)) << i;
+      refracted += exit.refracted ? 1 : 0;
+      total += end.margin <= 0 ? 1 : 0;
+      ASSERT_EQ(exit.order > 0 && end.margin <= 0 && exit.refracted && exit.throughput != 0, false);
+    }
+  }
+  EXPECT_GT(refracted, 1000);
+  EXPECT_GT(total, 100);
+}
+
 TEST(ExitPaths, NoPowerIsLostOnConcaveDrops) {
   // Every interface keeps power to 1e-15 and some hundred are met: 1e-12.
   Random random(1);

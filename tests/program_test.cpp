@@ -121,6 +121,49 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   EXPECT_FALSE(fs::exists(out));
 }
 
+TEST_F(Program, GenerateForASceneTracesWhatItAsksForAndRendersIt) {
+  // The tiny preset has the views 0 and 80; a level camera with drops from 1 m on needs both as
+  // neighbours, but few lights of a lamp far ahead.
+  const std::string scene = write_scene(
+      "[environment]\nuniform_cd_m2 = [1, 1, 1]\n[[light]]\nposition_m = [0, 200, 20]\n"
+      "intensity_cd = [1, 1, 1]");
+  const std::string generate =
+      fmt::format("generate {}/preset.toml --out {}", shared->path(), folder / "db");
+  const Outcome outcome = run_pluvia(generate + " --for " + scene);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("views        kept     +0, +80\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("             left out light_v-90_h170, "));
+  EXPECT_THAT(outcome.out, HasSubstr("4 of 4 shards, "));
+  EXPECT_THAT(outcome.out, HasSubstr("/db: 4 shards traced in "));
+  const std::string manifest = read_file(folder / "db/manifest.json");
+  EXPECT_THAT(manifest, HasSubstr("\"lights\": ["));
+  // The subset is no part of a full database, nor the other way round.
+  EXPECT_THAT(run_pluvia(generate).err, HasSubstr("manifest.json: lights [\"light_v"));
+  EXPECT_THAT(run_pluvia(fmt::format("generate {0}/preset.toml --out {0}/db --for {1}",
+                                     shared->path(), scene))
+                  .err,
+              HasSubstr("manifest.json: lights absent; expected [\"light_v"));
+  EXPECT_EQ(read_file(folder / "db/manifest.json"), manifest);
+  ASSERT_EQ(run_pluvia(fmt::format("pack {0}/db --out {0}/atlas", folder.path())).code, 0);
+  PLUVIA_NEEDS_OPENGL();
+  const Outcome rendered = run_pluvia(
+      fmt::format("render {0} --atlas {1}/atlas --out {1}/frames", scene, folder.path()));
+  EXPECT_EQ(rendered.code, 0) << rendered.err;
+}
+
+TEST_F(Program, GenerateRefusesSizesViewsAndScenesThatThePresetDoesNotServe) {
+  const std::string preset = *shared / "preset.toml";
+  const std::string generate = fmt::format("generate {} --out {} ", preset, folder / "none");
+  expect_complaint(generate + "--views -20", 2, "--views: -20; expected 0 .. 80 for gn2006");
+  expect_complaint(generate + "--diameters-mm 4", 2,
+                   "--diameters-mm: 4; expected among the preset's 3.2");
+  expect_complaint(generate + "--diameters-mm nan", 2, "--diameters-mm");
+  expect_complaint(generate + "--for " + (folder / "none.toml"), 1, "none.toml: cannot read");
+  expect_complaint(generate + "--for " + write_scene("", "exposure_s = 0.01"), 1,
+                   "scene.toml: camera.exposure_s = 0.01; expected 0.0166");
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
 TEST_F(Program, BadInputOfGenerateEndsWithOneAndNamesFileAndPlace) {
   const std::string out = " --out " + (folder / "db");
   const auto generate = [&](const std::string& text, const std::string& sets = tiny_sets) {

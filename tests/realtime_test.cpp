@@ -93,8 +93,9 @@ void expect_same_placement(const StreakRecord& record, const StreakPlacement& pl
 void expect_same_cells(const StreakAtlas& atlas, const StreakRecord& record,
                        const LitStreakRecord& lit, const LitStreak& expected,
                        const StreakPlacement& placed, int oscillation) {
-  const FoldedAngles folded = fold_angles(placed.view_elevation_deg, expected.light_elevation_deg,
-                                          expected.light_azimuth_deg, oscillation);
+  const FoldedAngles folded =
+      fold_angles(placed.view_elevation_deg, expected.light_elevation_deg,
+                  expected.light_azimuth_deg, oscillation, views_below(atlas));
   const CellChoice choice = choose_cells(atlas, folded);
   for (int view = 0; view < static_cast<int>(atlas.views.size()); ++view) {
     double wanted = 0, found = 0;  // a view named twice or with weight 0 counts for what it adds
@@ -118,9 +119,7 @@ void expect_same_cells(const StreakAtlas& atlas, const StreakRecord& record,
   }
 }
 
-TEST(RainRenderer, StreaksArePlacedAndLitAsTheirFormulasSay) {
-  PLUVIA_NEEDS_OPENGL();
-  const StreakAtlas& atlas = shared_atlas();
+void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas) {
   for (const View& view : views) {
     SCOPED_TRACE(view.name);
     Scene scene = rainy_scene(20000);
@@ -152,6 +151,19 @@ TEST(RainRenderer, StreaksArePlacedAndLitAsTheirFormulasSay) {
     EXPECT_EQ(next, records.streaks.size());
     EXPECT_GT(next, 100u) << skipped << " drops out of the picture";
   }
+}
+
+TEST(RainRenderer, StreaksArePlacedAndLitAsTheirFormulasSay) {
+  PLUVIA_NEEDS_OPENGL();
+  expect_streaks_as_their_formulas_say(shared_atlas());
+}
+
+TEST(RainRenderer, ViewsFromBelowAreTheAtlassOwnWhereItHasThem) {
+  PLUVIA_NEEDS_OPENGL();
+  StreakAtlas atlas = shared_atlas();
+  for (std::size_t i = 0; i < 5; ++i) atlas.views[i].elevation_deg = 40 * static_cast<int>(i) - 80;
+  ASSERT_EQ(views_below(atlas), ViewsBelow::own);
+  expect_streaks_as_their_formulas_say(atlas);
 }
 
 TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {

@@ -253,7 +253,7 @@ TEST(StreakAtlas, MissingOrChangedShardsAreRefusedByName) {
   manifest.shards.back().key.diameter_um = 4000;
   write_manifest(folder.path(), manifest);
   EXPECT_THAT(message_of([&] { pack_database(folder.path()); }),
-              HasSubstr("manifest.json: diameters 3200 um and 4000 um; expected one diameter"));
+              HasSubstr("manifest.json: diameters 3200, 4000 um; expected one diameter"));
   manifest.shards.clear();
   write_manifest(folder.path(), manifest);
   EXPECT_THAT(message_of([&] { pack_database(folder.path()); }),

@@ -24,9 +24,9 @@ ConePolygon triangle(double x0, double y0, double x1, double y1, double x2, doub
                      double throughput = 1) {
   ConePolygon polygon;
   polygon.count = 3;
-  polygon.vertices[0] = {0, 0, 1, x0, y0, throughput, 1};
-  polygon.vertices[1] = {0, 0, 1, x1, y1, throughput, 1};
-  polygon.vertices[2] = {0, 0, 1, x2, y2, throughput, 1};
+  polygon.vertices[0] = {0, 0, 1, x0, y0, throughput, 1, 1};
+  polygon.vertices[1] = {0, 0, 1, x1, y1, throughput, 1, 1};
+  polygon.vertices[2] = {0, 0, 1, x2, y2, throughput, 1, 1};
   return polygon;
 }
 

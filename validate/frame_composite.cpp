@@ -50,8 +50,9 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
   picture.values.assign(static_cast<std::size_t>(picture.width * picture.height),
                         StreakValue::Zero());
   for (const LitStreak& light : placement.lights) {
-    const FoldedAngles angles = fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
-                                            light.light_azimuth_deg, drop.oscillation);
+    const FoldedAngles angles =
+        fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
+                    light.light_azimuth_deg, drop.oscillation, views_below(atlas));
     const int column = choose_cells(atlas, angles).light;
     const Eigen::Vector3d irradiance = weight * light.irradiance_lux;
     add_cell(layer_of(atlas, angles.oscillation).point.at(0), cell_rect(atlas, view, column, 0),
@@ -60,7 +61,9 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
   const CellRect single = cell_rect(atlas, view, 0, 0);
   const Eigen::Vector3d around = weight * environment;
-  add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
+  if (!around.isZero(0)) {  // a database for a scene without an environment has no picture of it
+    add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
+  }
   add_cell(layer.coverage.at(0), single, false, {0, 0, 0, weight}, picture);
   return picture;
 }
@@ -95,8 +98,9 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
 Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed,
                          const Eigen::Vector3d& environment, const Image& screen) {
   const StreakPlacement& placement = placed.placement;
-  const CellChoice cells = choose_cells(
-      atlas, fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation));
+  const CellChoice cells =
+      choose_cells(atlas, fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation,
+                                      views_below(atlas)));
   std::vector<StreakPicture> pictures;
   for (int i = 0; i < 2; ++i) {
     const auto& view = atlas.views[static_cast<std::size_t>(cells.view[i])];

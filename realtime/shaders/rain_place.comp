@@ -37,8 +37,13 @@ uint nearest_light(vec3 wanted) {
   return nearest;
 }
 
-// atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's, seen from below the
-// light's elevation turns over.
+// Views from below, where the atlas has none of its own, are served by those from above.
+bool flips_views_below() {
+  return atlas_views[0].x >= 0.0;
+}
+
+// atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's; where a view from below
+// is served by one from above, the light's elevation turns over.
 LitStreak lit_streak(Light light, Placement placed, int layer) {
   vec3 to_light = light.position_m.xyz - placed.middle_m;
   float distance_m = length(to_light);
@@ -46,7 +51,7 @@ LitStreak lit_streak(Light light, Placement placed, int layer) {
   vec3 direction = to_light / max(distance_m, velocity_m_s.w);
   DropFrame frame = placed.frame;
   vec3 folded = vec3(dot(direction, frame.x), dot(direction, frame.y), dot(direction, frame.z));
-  if (frame.sin_view < 0.0) folded.z = -folded.z;
+  if (flips_views_below() && frame.sin_view < 0.0) folded.z = -folded.z;
   bool mirrored = folded.y < 0.0;
   folded.y = abs(folded.y);
   uint set = uint(mirrored ? mirrored_layer[layer] : layer);
@@ -85,7 +90,8 @@ void write_streak(uint place, Drop drop, Placement placed) {
       degrees_per_radian * atan(placed.frame.sin_view, placed.frame.cos_view);
   streak.level = choose_level(placed.column_px, placed.row_px);
   streak.layer = drop.layer;
-  choose_views(abs(streak.view_elevation_deg), streak.view, streak.view_weight);
+  float view_deg = streak.view_elevation_deg;
+  choose_views(flips_views_below() ? abs(view_deg) : view_deg, streak.view, streak.view_weight);
   streaks[place] = streak;
   for (uint i = 0u; i < uint(counts.y); ++i)
     lit_streaks[place * uint(counts.y) + i] = lit_streak(lights[i], placed, drop.layer);

@@ -103,6 +103,15 @@ int main(int argc, char** argv) {
                100 * at(e.flux, 0.5), 100 * at(e.flux, 0.9), 100 * at(e.estimate, 0.5),
                100 * at(e.estimate, 0.9), 100 * (sum(ours.env.mean) / sum(truth.env.mean) - 1),
                100 * (sum(ours.coverage.mean) / sum(truth.coverage.mean) - 1));
+    std::vector<std::size_t> worst(e.image.size());
+    for (std::size_t k = 0; k < worst.size(); ++k) worst[k] = k;
+    std::sort(worst.begin(), worst.end(), [&](auto i, auto j) { return e.image[i] > e.image[j]; });
+    fmt::print("   worst:");
+    for (std::size_t k = 0; k < 12; ++k) {
+      fmt::print(" {} {:.1f}/{:.1f}/{:.3g}", light_name(base.lights[worst[k]]), 100 * e.image[worst[k]],
+                 100 * e.flux[worst[k]], sum(truth.light[worst[k]].mean));
+    }
+    fmt::print("\n");
     std::fflush(stdout);
   }
 }

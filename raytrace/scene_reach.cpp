@@ -1,0 +1,224 @@
+// The search over the rain's box: scene_reach of scene_subset.h.
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+
+#include "raytrace/exit_field.h"
+#include "raytrace/scene_subset.h"
+
+namespace pluvia {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double nearest_depth_m = 0.1;  // of a drop that is drawn (raytrace/streak_placement.h)
+// Where a cell is no longer halved but all that it may ask for is kept: a quarter of a degree, or
+// half a millimetre beside a lamp.
+constexpr double fine_rad = pi / 720;
+constexpr double fine_m = 5e-4;
+
+using ViewSet = std::bitset<181>;
+using LightSet = std::bitset<128>;
+
+struct Asks {
+  ViewSet views = {};
+  LightSet lights = {};
+};
+
+struct Cell {
+  Eigen::Vector3d centre = {0, 0, 0}, half = {0, 0, 0};
+};
+
+struct Plane {  // inside where normal . (x - camera) >= 0
+  Eigen::Vector3d normal = {0, 0, 1};
+};
+
+// Farthest turn of the direction to a point `distance` away while one moves by at most `reach`.
+double turn_rad(double reach, double distance) {
+  return distance > reach ? std::asin(reach / distance) : pi;
+}
+
+struct Search {
+  const Scene& scene;
+  std::vector<int> views = {};  // ascending
+  std::vector<Eigen::Vector3d> lights = {};
+  Eigen::Vector3d against_fall = {0, 0, 1};
+  Eigen::Vector3d forward = {0, 1, 0};
+  std::vector<Plane> sides = {};
+  Eigen::Vector3d path_m = {0, 0, 0};  // of a drop during the exposure
+  double beyond_path_m = 0;            // no part of a streak is farther from its path
+  Asks reached = {};
+
+  bool may_be_seen(const Cell& cell) const;
+  void add_views(double low_deg, double high_deg, Asks& asks) const;
+  void add_lights(const Eigen::Vector3d& direction, double spread_rad, Asks& asks) const;
+  Asks asks_of(const Eigen::Vector3d& middle, double reach_m, double& spread_rad) const;
+  bool adds(const Asks& asks) const {
+    return (asks.views & ~reached.views).any() || (asks.lights & ~reached.lights).any();
+  }
+  void add(const Asks& asks) {
+    reached.views |= asks.views;
+    reached.lights |= asks.lights;
+  }
+  void visit(const Cell& cell);
+};
+
+// The cell holds the middles of paths: an end is half a path away.
+bool Search::may_be_seen(const Cell& cell) const {
+  const Eigen::Vector3d from_camera = cell.centre - scene.camera.position_m;
+  const auto greatest = [&](const Eigen::Vector3d& normal) {
+    return normal.dot(from_camera) + normal.cwiseAbs().dot(cell.half);
+  };
+  if (greatest(forward) < nearest_depth_m) return false;
+  return std::all_of(sides.begin(), sides.end(), [&](const Plane& side) {
+    const double streak_m = std::abs(side.normal.dot(path_m)) / 2 + beyond_path_m;
+    return greatest(side.normal) >= -streak_m;
+  });
+}
+
+// Both neighbours of every elevation in between (atlas/atlas_lookup.h: choose_cells).
+void Search::add_views(double low_deg, double high_deg, Asks& asks) const {
+  if (views.front() >= 0 && low_deg < 0) {  // no views of their own from below
+    const double above_deg = high_deg > 0 ? 0 : -high_deg;
+    high_deg = std::max(-low_deg, high_deg);
+    low_deg = above_deg;
+  }
+  const auto upper = [&](double elevation_deg) {
+    return std::upper_bound(views.begin(), views.end(), elevation_deg) - views.begin();
+  };
+  const auto last = static_cast<std::ptrdiff_t>(views.size()) - 1;
+  const auto first_view = std::max<std::ptrdiff_t>(0, upper(low_deg) - 1);
+  const auto last_view = std::min(last, upper(high_deg));
+  for (auto i = first_view; i <= last_view; ++i) asks.views.set(static_cast<std::size_t>(i));
+}
+
+// The direction is folded: right is left, for the mirrored drop.
+void Search::add_lights(const Eigen::Vector3d& direction, double spread_rad, Asks& asks) const {
+  const Eigen::Vector3d folded(direction.x(), std::abs(direction.y()), direction.z());
+  const auto angle = [&](const Eigen::Vector3d& light) {
+    return std::atan2(folded.cross(light).norm(), folded.dot(light));
+  };
+  double least = pi;
+  for (const Eigen::Vector3d& light : lights) least = std::min(least, angle(light));
+  // The renderer decides ties in float, within 1e-6 of squared chord (realtime/shaders).
+  constexpr double tie_rad = 1e-3;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (angle(lights[i]) <= least + 2 * spread_rad + tie_rad) asks.lights.set(i);
+  }
+}
+
+// All that streaks whose path's middle lies within reach_m of `middle` may ask for. spread: the
+// largest turn of any direction there.
+Asks Search::asks_of(const Eigen::Vector3d& middle, double reach_m, double& spread_rad) const {
+  Asks asks;
+  const Eigen::Vector3d to_camera = scene.camera.position_m - middle;
+  const Eigen::Vector3d across = to_camera - to_camera.dot(against_fall) * against_fall;
+  const double view_turn = turn_rad(reach_m, to_camera.norm());
+  const double azimuth_turn = turn_rad(reach_m, across.norm());
+  const double view_rad = std::atan2(to_camera.dot(against_fall), across.norm());
+  add_views((view_rad - view_turn) * 180 / pi, (view_rad + view_turn) * 180 / pi, asks);
+  spread_rad = view_turn;
+  // Seen along the fall, any azimuth will do: the turn of pi covers it.
+  const Eigen::Vector3d x =
+      across.norm() > 0 ? Eigen::Vector3d(across.normalized()) : against_fall.unitOrthogonal();
+  const Eigen::Vector3d y = against_fall.cross(x);
+  const bool flips = views.front() >= 0;
+  for (const PointLight& light : scene.lights) {
+    const Eigen::Vector3d to_light = light.position_m - middle;
+    const double turn = std::min(pi, turn_rad(reach_m, to_light.norm()) + azimuth_turn);
+    spread_rad = std::max(spread_rad, turn);
+    const Eigen::Vector3d d = to_light.norm() > 0 ? Eigen::Vector3d(to_light.normalized()) : x;
+    const Eigen::Vector3d seen(d.dot(x), d.dot(y), d.dot(against_fall));
+    if (!flips || view_rad + view_turn >= 0) add_lights(seen, turn, asks);
+    if (flips && view_rad - view_turn < 0) {
+      add_lights({seen.x(), seen.y(), -seen.z()}, turn, asks);
+    }
+  }
+  return asks;
+}
+
+void Search::visit(const Cell& cell) {
+  if (!may_be_seen(cell)) return;
+  const double reach_m = cell.half.norm();
+  double spread_rad = 0;
+  const Asks asks = asks_of(cell.centre, reach_m, spread_rad);
+  if (!adds(asks)) return;
+  if (spread_rad < fine_rad || reach_m < fine_m) {
+    add(asks);
+    return;
+  }
+  // What the middle alone asks for spares the search much.
+  double unused = 0;
+  if (may_be_seen({.centre = cell.centre})) add(asks_of(cell.centre, 0, unused));
+  int longest = 0;
+  cell.half.maxCoeff(&longest);
+  Cell low = cell;
+  low.half[longest] /= 2;
+  Cell high = low;
+  low.centre[longest] -= low.half[longest];
+  high.centre[longest] += high.half[longest];
+  visit(low);
+  visit(high);
+}
+
+// The four sides of the picture, a pixel beyond its edge.
+std::vector<Plane> sides_of(const Camera& camera, const CameraFrame& frame) {
+  std::vector<Plane> sides;
+  const auto add = [&](const Eigen::Vector3d& across, int size_px) {
+    const double slope = (size_px / 2.0 + 1) / frame.focal_px;
+    for (const double sign : {-1.0, 1.0}) {
+      sides.push_back({(slope * frame.forward + sign * across).normalized()});
+    }
+  };
+  add(frame.right, camera.width_px);
+  add(frame.up, camera.height_px);
+  return sides;
+}
+
+// A streak's picture is two widths or less beside and beyond its path, drawn straight on the
+// screen: where the path comes toward the camera, from depth z to z + path, the scale of a row
+// exceeds that at the middle by (r + 2 + 1 / r) / 4, r the ratio of both depths, and z is
+// nearest_depth_m at least.
+double beyond_path(const Preset& preset, double path_m) {
+  double pixel_m = 0;
+  for (const int diameter_um : diameters_of(preset)) {
+    pixel_m = std::max(pixel_m, size_of(preset, diameter_um).pixel_m);
+  }
+  const double ratio = 1 + path_m / nearest_depth_m;
+  return (ratio + 2 + 1 / ratio) / 4 * 2 * preset.width_px * pixel_m;
+}
+
+}  // namespace
+
+Reach scene_reach(const Preset& preset, const Scene& scene) {
+  const CameraFrame camera = camera_frame(scene.camera);
+  const Eigen::Vector3d path(0, 0, -scene.rain.fall_speed_m_s * scene.camera.exposure_s);
+  Search search = {.scene = scene, .views = preset.view_elevations_deg};
+  std::sort(search.views.begin(), search.views.end());
+  for (const LightDirection& light : preset.lights) {
+    search.lights.push_back(light_direction(light.elevation_deg, light.azimuth_deg));
+  }
+  search.against_fall = -path.normalized();
+  search.forward = camera.forward;
+  search.sides = sides_of(scene.camera, camera);
+  search.path_m = path;
+  search.beyond_path_m = beyond_path(preset, path.norm());
+  const Rain& rain = scene.rain;
+  search.visit({.centre = (rain.box_min_m + rain.box_max_m) / 2 + path / 2,
+                .half = (rain.box_max_m - rain.box_min_m) / 2});
+  Reach reach;
+  for (std::size_t i = 0; i < search.views.size(); ++i) {
+    if (search.reached.views[i]) reach.views_deg.push_back(search.views[i]);
+  }
+  for (std::size_t i = 0; i < preset.lights.size(); ++i) {
+    if (search.reached.lights[i]) reach.lights.push_back(preset.lights[i]);
+  }
+  return reach;
+}
+
+}  // namespace pluvia

@@ -1,0 +1,130 @@
+#include "raytrace/scene_subset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace pluvia {
+
+namespace {
+
+template <typename Value, typename Name>
+SubsetRow row_of(const std::string& what, const std::vector<Value>& all,
+                 const std::vector<Value>& kept, Name name) {
+  SubsetRow row = {.what = what};
+  for (const Value& value : all) {
+    const bool in = std::find(kept.begin(), kept.end(), value) != kept.end();
+    std::string& names = in ? row.kept : row.left_out;
+    names += (names.empty() ? "" : ", ") + name(value);
+  }
+  return row;
+}
+
+// The scene's own size, or its neighbours in the list.
+std::vector<int> needed_diameters(const std::vector<int>& known_um, const Scene& scene,
+                                  const std::string& file) {
+  const double wanted_um = 2e6 * scene.rain.mean_radius_m;
+  const auto above = std::lower_bound(known_um.begin(), known_um.end(), wanted_um - 1e-3);
+  if (above != known_um.end() && *above <= wanted_um + 1e-3) return {*above};
+  if (above == known_um.begin() || above == known_um.end()) {
+    throw std::runtime_error(
+        fmt::format("{}: rain.mean_radius_m = {}; expected drops of the preset's {} .. {} mm", file,
+                    scene.rain.mean_radius_m, known_um.front() / 1000.0, known_um.back() / 1000.0));
+  }
+  return {*(above - 1), *above};
+}
+
+void refuse_other_exposure(const Preset& preset, const Scene& scene, const std::string& file) {
+  const double wanted_s = scene.camera.exposure_s;
+  const double span_s = preset.physical ? preset.physical->span_s : preset.exposure_s;
+  const bool fits = preset.physical ? wanted_s <= span_s * (1 + 1e-9)
+                                    : std::abs(wanted_s - span_s) <= 1e-6 * span_s;
+  if (fits) return;
+  throw std::runtime_error(
+      fmt::format("{}: camera.exposure_s = {}; expected {}{} s as in the preset", file, wanted_s,
+                  preset.physical ? "at most " : "", span_s));
+}
+
+bool has_environment(const EnvironmentLight& environment) {
+  return environment.map_file.empty() ? (environment.uniform_cd_m2.array() > 0).any()
+                                      : environment.scale_cd_m2 > 0;
+}
+
+// Whether anything shines in that band. Only R, G and B tell which of a scene's colours they are.
+bool is_lit(const Band& band, const Scene& scene) {
+  const auto channel = std::string("RGB").find(band.name);
+  if (band.name.size() != 1 || channel == std::string::npos) return true;
+  const auto c = static_cast<Eigen::Index>(channel);
+  const EnvironmentLight& environment = scene.environment;
+  if (has_environment(environment) &&
+      (!environment.map_file.empty() || environment.uniform_cd_m2[c] > 0)) {
+    return true;
+  }
+  return std::any_of(scene.lights.begin(), scene.lights.end(),
+                     [&](const PointLight& light) { return light.intensity_cd[c] > 0; });
+}
+
+void reduce_physical(PhysicalRain& rain, const Scene& scene, const std::string& file) {
+  rain.diameters_um = needed_diameters(rain.diameters_um, scene, file);
+  const auto dark = [&](const Band& band) { return !is_lit(band, scene); };
+  if (!std::all_of(rain.bands.begin(), rain.bands.end(), dark)) std::erase_if(rain.bands, dark);
+}
+
+void count_images(const Preset& preset, long& images, long& shards, long& tracings) {
+  const auto bands = static_cast<long>(bands_of(preset).size());
+  const long parts = static_cast<long>(preset.lights.size()) + (preset.environment ? 1 : 0);
+  shards = static_cast<long>(diameters_of(preset).size() * preset.oscillations.size() *
+                             preset.view_elevations_deg.size());
+  tracings = shards * bands;
+  images = shards * (parts * bands + 1);
+}
+
+std::vector<SubsetRow> rows_of(const Preset& all, const Preset& kept) {
+  const auto degrees = [](int view) { return fmt::format("{:+d}", view); };
+  const auto millimetres = [](int um) { return fmt::format("{}", um / 1000.0); };
+  const auto name = [](const Band& band) { return band.name; };
+  std::vector<SubsetRow> rows = {
+      row_of("views", all.view_elevations_deg, kept.view_elevations_deg, degrees),
+      row_of("lights", all.lights, kept.lights, light_name),
+      row_of("sizes", diameters_of(all), diameters_of(kept), millimetres),
+      row_of("bands", bands_of(all), bands_of(kept), name)};
+  if (all.environment) {
+    rows.push_back({.what = "environment",
+                    .kept = kept.environment ? "env" : "",
+                    .left_out = kept.environment ? "" : "env"});
+  }
+  return rows;
+}
+
+}  // namespace
+
+SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::string& scene_file) {
+  refuse_other_exposure(preset, scene, scene_file);
+  SceneSubset subset = {.preset = preset};
+  Preset& kept = subset.preset;
+  if (kept.physical) {
+    reduce_physical(*kept.physical, scene, scene_file);
+    kept.field.paths.refractive_index = kept.physical->bands.front().refractive_index;
+  } else {
+    needed_diameters(diameters_of(preset), scene, scene_file);
+  }
+  kept.environment = preset.environment && has_environment(scene.environment);
+  const Reach reach = scene_reach(kept, scene);
+  if (scene.rain.drops_per_m3 <= 0 || reach.views_deg.empty()) {
+    throw std::runtime_error(
+        scene_file + ": no drop of the rain can be seen; expected rain in the camera's view");
+  }
+  kept.view_elevations_deg = reach.views_deg;
+  kept.lights = reach.lights;
+  if (kept.lights.empty()) kept.lights = {preset.lights.front()};
+  subset.rows = rows_of(preset, kept);
+  count_images(preset, subset.all_images, subset.all_shards, subset.all_tracings);
+  count_images(kept, subset.images, subset.shards, subset.tracings);
+  return subset;
+}
+
+}  // namespace pluvia
