@@ -95,8 +95,8 @@ TEST(HardDrops, AQuarterPeriodOfALargeDropAgreesWithBruteForce) {
 
 TEST(HardDrops, ModesOfDegreeEightAgreeWithBruteForce) {
   // P_{8,5} reaches 2e5 and P_{8,8} 2e6: amplitudes of some per cent of r0 all the same.
-  StreakRequest request = few_rows(1.6e-3, {{8, 0, 0.03, 1}, {8, 5, 1e-7, 2}, {8, 8, 1e-8, 0}},
-                                   lights);
+  StreakRequest request =
+      few_rows(1.6e-3, {{8, 0, 0.03, 1}, {8, 5, 1e-7, 2}, {8, 8, 1e-8, 0}}, lights);
   request.exposure_s = 2e-3;
   const TracedStreak streak = trace_streak(request);
   expect_sound(request, streak);
@@ -174,8 +174,7 @@ TEST(HardDrops, ViewAlongTheFallIsRoundForADropThatIs) {
     expect_sound(request, streak);
     const double first = sum(streak.light[0].mean);
     for (std::size_t k = 1; k < 4; ++k) {
-      const double error =
-          std::sqrt(sum(streak.light[0].variance) + sum(streak.light[k].variance));
+      const double error = std::sqrt(sum(streak.light[0].variance) + sum(streak.light[k].variance));
       EXPECT_NEAR(sum(streak.light[k].mean), first, 5 * error + 0.005 * first) << view << ", " << k;
     }
     expect_brute_force_agrees(request, streak, judge);
