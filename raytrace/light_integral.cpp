@@ -394,13 +394,21 @@ struct EdgeCutter {
       const double v_bend = std::max(weight * v.direction, v.rest);
       // Quads of half the size bend by a quarter of it; chord_factor as for the other patches.
       const bool is_flat = std::max(u_bend, v_bend) < 4 / chord_factor;
-      if (is_flat || depth >= deepest) {
+      if (is_flat || is_small(s) || depth >= deepest) {
         leaf(s, end);
       } else {
         halve_piece(r, u_bend >= v_bend, depth, end);
       }
     }
     lights.resize(end);
+  }
+
+  // Both diagonals within what is flat in the picture: a finer cut would move no light to speak of.
+  static bool is_small(const Samples& s) {
+    const auto apart = [](const ConeVertex& a, const ConeVertex& b) {
+      return std::hypot(a.x - b.x, a.y - b.y);
+    };
+    return apart(s[0], s[8]) < flat_px && apart(s[2], s[6]) < flat_px;
   }
 
   static bool misses(const Cone& cone, const Samples& s, double slack) {
