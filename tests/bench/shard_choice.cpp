@@ -15,17 +15,6 @@ namespace pluvia {
 
 namespace {
 
-// CLI::Range lets nan pass: it is neither below the range nor above.
-CLI::Validator finite_range(double low, double high) {
-  const auto check = [low, high](const std::string& text) {
-    double value = 0;
-    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
-      return std::string();
-    return fmt::format("{}; expected {} .. {}", text, low, high);
-  };
-  return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
-}
-
 std::vector<int> chosen_diameters_um(const ShardFlags& flags, const Preset& preset) {
   const std::vector<int> known = diameters_of(preset);
   if (flags.diameters_mm.empty()) return {known.front()};
@@ -100,6 +89,16 @@ void apply_item(const std::string& item, StreakRequest& request) {
 }
 
 }  // namespace
+
+CLI::Validator finite_range(double low, double high) {
+  const auto check = [low, high](const std::string& text) {
+    double value = 0;
+    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
+      return std::string();
+    return fmt::format("{}; expected {} .. {}", text, low, high);
+  };
+  return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
+}
 
 void add_shard_options(CLI::App& app, ShardFlags& flags) {
   app.add_option("preset", flags.preset, "preset, TOML")->required();
