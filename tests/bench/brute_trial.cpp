@@ -149,7 +149,7 @@ std::vector<Figure> figures_of(const Work& work) {
 bool is_sharp(const Work& work) {
   const std::vector<Figure> figures = figures_of(work);
   return std::all_of(figures.begin(), figures.end(), [](const Figure& figure) {
-    return figure.ratio.extrapolation <= farthest_extrapolation;
+    return figure.ratio.extrapolation <= farthest_extrapolation && !figure.ratio.bound;
   });
 }
 

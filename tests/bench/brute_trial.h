@@ -1,11 +1,12 @@
 // One shard of the generator's judge: the exit field and brute force on the same lights.
 //
 // Brute force runs in batches of equal size (batch_judge.h), at least `batches` of them, then until
-// its error is at most three times that of the field wherever the two are compared, or its time is
-// up. Its time to the field's error then follows from 1 / sqrt(rays); whether that law holds is
-// measured, by as many batches of a quarter of the rays. Where the field's error drowns in what is
-// left of brute force's noise, two standard errors above it stand for it, and the ratio is a lower
-// bound. Compared are pixels, and rows: sums over their columns.
+// its error is at most three times that of the field, and the field's is seen through it, wherever
+// the two are compared, or its time is up. Its time to the field's error then follows from 1 /
+// sqrt(rays); whether that law holds is measured, by `batches` more of a quarter of the rays. Where
+// the field's error still drowns in what is left of brute force's noise, two standard errors above
+// it stand for it, and the ratio is a lower bound. Compared are pixels, and rows: sums over their
+// columns.
 #pragma once
 
 #include <array>
@@ -22,8 +23,8 @@ constexpr double farthest_extrapolation = 3;  // in error
 struct TrialOptions {
   std::vector<std::string> lights = {};  // names of the judged ones
   int batches = 8;                       // >= 3
-  int instants = 256;                    // of half a batch, >= 2
-  int rays_per_instant = 20000;          // over the drop's bounding square, >= 2
+  int instants = 1024;                   // of half a batch, >= 2
+  int rays_per_instant = 2000;           // over the drop's bounding square, >= 2
   double brute_cpu_s = 600;              // of all batches, at most (but at least `batches`)
 };
 
