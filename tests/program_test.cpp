@@ -110,7 +110,8 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   const std::string generate = fmt::format("generate {} --out {} ", preset, out);
   expect_complaint(generate + "--colour", 2, "--colour");
   for (const std::string value :
-       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5"}) {
+       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5", "--error 0",
+        "--error nan", "--isa sse9"}) {
     expect_complaint(generate + value, 2, value.substr(0, value.find(' ')));
   }
   expect_complaint(generate + "--oscillations 0,4", 2,
@@ -190,6 +191,32 @@ TEST_F(Program, BadInputOfGenerateEndsWithOneAndNamesFileAndPlace) {
       generate(tiny_preset, replaced(replaced(tiny_sets, "0.11", "0.4"), "0.1\n", "0.4\n")), 1,
       "sets.toml:8:1: set 3: the drop's surface comes as near as");
   EXPECT_FALSE(fs::exists(folder / "db"));
+}
+
+TEST_F(Program, FitOfOutlinesSaysWhatItFoundAndRefusesWhatIsNoDrop) {
+  const std::string out = " --out " + (folder / "fit.json");
+  const std::string example = std::string(PLUVIA_SOURCE_DIR) + "/data/outlines/synthetic.csv";
+  const Outcome outcome = run_pluvia("fit outlines " + example + out);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("A20 0.11"));
+  EXPECT_THAT(read_file(folder / "fit.json"), HasSubstr("\"name\": \"phi_drop_deg\""));
+  EXPECT_THAT(run_pluvia("fit outlines --help").out, HasSubstr("example: pluvia fit outlines"));
+  for (const std::string mode : {"--modes 34", "--modes 20,20", "--equilibrium-mm nan"}) {
+    expect_complaint("fit outlines " + example + out + " " + mode, 2, mode.substr(0, 7));
+  }
+  expect_complaint("fit outlines " + example, 2, "--out is required");
+  std::string table = "# source: none\nt_s,theta_deg,r_mm\n";
+  for (int k = 0; k < 60; ++k) {
+    table += fmt::format("{},{},{}\n", 1e-4 * k, 37 * k % 360, 0.1 + 0.07 * (k * 29 % 60));
+  }
+  write_file_atomically(folder / "noise.csv", table);
+  fs::remove(folder / "fit.json");
+  expect_complaint(fmt::format("fit outlines {}/noise.csv{}", folder.path(), out), 1,
+                   "noise.csv: the radii scatter by ");
+  EXPECT_THAT(read_file(folder / "fit.json"), testing::Not(HasSubstr("\"value\"")));
+  write_file_atomically(folder / "bad.csv", "# source: s\nt_s,theta_deg,r_mm\n0,0,x\n");
+  expect_complaint(fmt::format("fit outlines {}/bad.csv{}", folder.path(), out), 1,
+                   "bad.csv:3:5: r_mm = \"x\"");
 }
 
 TEST_F(Program, FoldersThatCannotBeWrittenEndWithOneAndStayAsTheyWere) {
