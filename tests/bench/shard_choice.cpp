@@ -11,6 +11,8 @@
 #include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
+#include "raytrace/streak_accuracy.h"
+
 namespace pluvia {
 
 namespace {
@@ -78,12 +80,14 @@ void apply_item(const std::string& item, StreakRequest& request) {
     field.time_depth = whole(0, 10);
   } else if (key == "bend_tolerance") {
     field.bend_tolerance = number_in(item, text, 1e-6, 10, false);
+  } else if (key == "level") {
+    request = at_accuracy_level(request, whole(0, accuracy_levels - 1));
   } else if (key == "seed") {
     request.seed = static_cast<std::uint64_t>(whole(0, std::numeric_limits<int>::max()));
   } else {
     throw CLI::ValidationError(
         "setting", fmt::format("\"{}\"; expected KEY=VALUE with one of slices, spans_per_period, "
-                               "base_cells, space_depth, time_depth, bend_tolerance, seed",
+                               "base_cells, space_depth, time_depth, bend_tolerance, level, seed",
                                item));
   }
 }

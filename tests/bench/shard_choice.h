@@ -37,8 +37,8 @@ struct ChosenShard {
 // for an oscillation, diameter or view that it does not have.
 std::vector<ChosenShard> choose_shards(const ShardFlags& flags);
 
-// "KEY=VALUE,.." over the keys of a preset's table [accuracy], and "seed". Empty: no change. Throws
-// CLI::ValidationError.
+// "KEY=VALUE,.." in their order: the keys of a preset's table [accuracy], "seed", and "level", all
+// of them at once (raytrace/streak_accuracy.h). Empty: no change. Throws CLI::ValidationError.
 void apply_setting(const std::string& setting, StreakRequest& request);
 
 // Of this process, all its threads.
