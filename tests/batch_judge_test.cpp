@@ -67,6 +67,19 @@ TEST(BatchJudge, AgreesWithTheMeanLessItsVariance) {
   EXPECT_NEAR(judge_picture(picture, batches).square, error / size, 1e-12);
 }
 
+TEST(BatchJudge, StandardErrorIsTheJackknife) {
+  // By leaving out each of 5 batches in turn: to rounding.
+  const auto batches = noisy(5, 0.3, 4);
+  std::vector<double> squares;
+  for (std::size_t k = 0; k < batches.size(); ++k) {
+    auto rest = batches;
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+    squares.push_back(judge_picture(off_by(0.1), rest).square);
+  }
+  EXPECT_NEAR(judge_picture(off_by(0.1), batches).standard_error,
+              4 * mean_and_error(squares).standard_error, 1e-12);
+}
+
 // Mean of the verdicts' own standard errors over the spread of 100 verdicts, each of 8 batches.
 double claimed_over_true_error(double error, double noise) {
   std::vector<double> squares, errors;
@@ -91,9 +104,11 @@ TEST(BatchJudge, StandardErrorIsTheSpreadOverManyTrials) {
 
 TEST(BatchJudge, TellsTheBatchesOwnError) {
   // Variance 0.25 from 7 x 4000 degrees of freedom: deviation 2^(1/2) / 28000^(1/2) = 0.85 %.
-  const BatchVerdict verdict = judge_picture(off_by(0), noisy(8, 0.5, 3));
-  EXPECT_NEAR(verdict.batch_square * mean_square_of_truth(), 0.25, 4 * 0.0085 * 0.25);
-  EXPECT_NEAR(verdict.square, 0, 4 * verdict.standard_error);
+  for (const double error : {0.0, 1.0}) {
+    const BatchVerdict verdict = judge_picture(off_by(error), noisy(8, 0.5, 3));
+    EXPECT_NEAR(verdict.batch_square * mean_square_of_truth(), 0.25, 4 * 0.0085 * 0.25)
+        << "of a picture off by " << error;
+  }
 }
 
 TEST(BatchJudge, SaysNothingWhereThereIsNoLight) {

@@ -46,10 +46,12 @@ BatchVerdict judge_picture(const std::vector<double>& picture,
     for (std::size_t i = 0; i < d.size(); ++i) d[i] = picture[i] - d[i];
   }
   const Products error = products(differences), size = products(batches);
-  if (size.different <= 0) return {};
+  const auto dark = [](double square) { return square <= 0; };
+  if (dark(size.different) || std::any_of(size.without.begin(), size.without.end(), dark))
+    return {};
   std::vector<double> without;
   for (std::size_t k = 0; k < batches.size(); ++k) {
-    without.push_back(error.without[k] / size.different);
+    without.push_back(error.without[k] / size.without[k]);
   }
   // The jackknife: (n - 1) / n of the sum of squares is (n - 1)^2 times the variance of the mean.
   const double n = static_cast<double>(batches.size());

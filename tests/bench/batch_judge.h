@@ -21,7 +21,8 @@ struct BatchVerdict {
   double batch_square = 0;    // of one batch's own relative error: of all together, divided by B
 };
 
-// All zero where the truth is not seen: where sum b_i b_j <= 0.
+// All zero where the truth is not seen: where sum b_i b_j <= 0, of all batches or with one left
+// out.
 BatchVerdict judge_picture(const std::vector<double>& picture,
                            const std::vector<std::vector<double>>& batches);
 
