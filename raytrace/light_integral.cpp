@@ -16,6 +16,7 @@ namespace {
 // this much of a pixel and this share of its light.
 constexpr double flat_share = 0.02;
 constexpr double flat_px = 0.05;
+constexpr double flat_radii = 0.004;  // .. or of the drop's radius, where pixels are coarser
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
 // Patches with less light than reflection at normal incidence are cut less finely, in proportion,
@@ -71,6 +72,7 @@ struct Integrator {
   StreakWindow& window;
   std::vector<Cone> cones = {};
   double weight = 0;  // of a light's polygon: 1 / (pi sin^2 half_angle)
+  double flat_picture_px = flat_px;
 
   Node node_values(std::uint32_t index, const PathExit& exit) const {
     const FieldNode& n = field.nodes[index];
@@ -275,7 +277,7 @@ void SmoothPatch::integrate() const {
     for (const Node& p : net) brightest = std::max(brightest, p[light]);
     cutter.flat = integrator.flat_direction(brightest);
     const auto size = [&](const Node& d) {
-      return std::max(std::hypot(d[column], d[row]) / flat_px,
+      return std::max(std::hypot(d[column], d[row]) / integrator.flat_picture_px,
                       std::abs(d[light]) / (flat_share * brightest));
     };
     cutter.bend_u = chord_factor * second_difference(net, 1, size);
@@ -407,10 +409,10 @@ struct EdgeCutter {
   // Toward the outline a piece of the surface is a sliver of the picture, as wide as the square of
   // the cosine: where its light counts, a chord must keep within that.
   double flat_picture(const Samples& s, double light) const {
-    if (light < 0.1 * brightest) return flat_px;
+    if (light < 0.1 * brightest) return integrator.flat_picture_px;
     double most_facing = 0;
     for (const ConeVertex& v : s) most_facing = std::max(most_facing, v.facing);
-    return flat_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
+    return integrator.flat_picture_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
   }
 
   // Both diagonals within what is flat in the picture: a finer cut would move no light to speak of.
@@ -669,6 +671,7 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
   }
   const double sine = std::sin(lights.half_angle_rad);
   integrator.weight = 1 / (std::numbers::pi * sine * sine);
+  integrator.flat_picture_px = std::min(flat_px, flat_radii * field.radius_m / frame.pixel_m);
   for (const FieldPatch& patch : field.patches) {
     switch (patch.kind) {
       case PatchKind::smooth:
