@@ -40,7 +40,7 @@ Eigen::Vector3d light_direction(double elevation_deg, double azimuth_deg);
 
 struct ConeLights {
   std::vector<Eigen::Vector3d> directions = {};  // unit, toward the lights
-  double half_angle_rad = 0;                     // of every cone, > 0 and < pi / 4
+  double half_angle_rad = 0;  // of every cone, > 0 and < pi / 4; integrate_lights takes 0, too
 };
 
 struct FieldOptions {

@@ -21,7 +21,8 @@ struct Moment {
 // Adds the field's picture to the window's planes: plane k is light k at each of `moments`, then
 // come the environment and coverage at each of `surface_moments` (ascending both). Values are
 // averages over pixel area and over time: lights per unit irradiance on a plane facing them, L = E /
-// (pi sin^2 half_angle) inside the cone [1/sr].
+// (pi sin^2 half_angle) inside the cone [1/sr]. A half angle of 0 is that limit: the light comes in
+// glints (raytrace/glints.h, which tells what then cannot be promised).
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
                       std::span<const Moment> moments, std::span<const Moment> surface_moments,
                       StreakWindow& window);
