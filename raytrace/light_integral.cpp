@@ -564,6 +564,7 @@ struct Surface {
   Integrator& integrator;
   const EnvironmentRequest& environment;
   ValueDeposit many;
+  std::vector<double> none = {};  // as many zeros
 
   int uniform_plane() const { return static_cast<int>(integrator.cones.size()); }
   int coverage_plane() const { return uniform_plane() + (environment.uniform ? 1 : 0); }
@@ -598,7 +599,11 @@ struct SurfaceCell {
     std::array<const double*, 3> others = {};
     for (std::size_t k = 0; k < 3; ++k) {
       ConeVertex& v = polygon.vertices[k] = corners[k];
-      if (rows.size() > 0) others[k] = rows.row(static_cast<Eigen::Index>(v.dx)).data();
+      if (rows.size() > 0) {
+        // No light where the polynomial falls below zero, as clip_to_facing() has it.
+        others[k] = v.throughput < 0 ? surface.none.data()
+                                     : rows.row(static_cast<Eigen::Index>(v.dx)).data();
+      }
       v.dx = k == 0 ? 1 : 0;
       v.dy = k == 1 ? 1 : 0;
       v.dz = k == 2 ? 1 : 0;
@@ -702,7 +707,8 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
   }
   Surface surface{.integrator = integrator,
                   .environment = environment,
-                  .many = make_value_deposit(window, value_count(environment))};
+                  .many = make_value_deposit(window, value_count(environment)),
+                  .none = std::vector<double>(value_count(environment))};
   for (const std::uint32_t cell : field.surfaces) {
     SurfaceCell(surface, field.cells[cell]).integrate();
   }

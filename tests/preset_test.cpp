@@ -75,6 +75,9 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {"[80]", "[-20]", "preset.toml", ":21:1: "},
       {"[0, 3]", "[]", "preset.toml", ":22:1: oscillations is empty; expected"},
       {"[0, 3]", "[0, 4]", "preset.toml", ":22:1: oscillation 4; expected one of"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = 9", "preset.toml",
+       ":23:1: picture.transfer_degree = 9; expected"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = -1", "preset.toml", ":23:1: "},
       {"slices = 3", "slices = 2.5", "preset.toml", ":25:1: accuracy.slices = 2.5; expected"},
       {"[accuracy]\nslices = 3", "[accuracy]", "preset.toml",
        ":24:1: accuracy.slices is missing; expected"},
@@ -87,6 +90,20 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {tiny_sets, "", sets, ":1:1: no [[set]]; expected at least one oscillation set"},
   };
   for (const Refusal& refusal : refusals) expect_refused(refusal);
+}
+
+TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {
+  const TemporaryFolder folder;
+  const Preset none = tiny();
+  EXPECT_EQ(none.transfer_degree, -1);
+  EXPECT_EQ(preset_parameters(none).find("transfer"), std::string::npos);
+  const Preset asked = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "[0, 3]", "[0, 3]\ntransfer_degree = 3")));
+  EXPECT_EQ(asked.transfer_degree, 3);
+  EXPECT_THAT(preset_parameters(asked), HasSubstr("\"transfer_degree\":3"));
+  const StreakRequest request = shard_request(asked, {3200, 3, 80});
+  EXPECT_EQ(request.environment.transfer_degree, 3);
+  EXPECT_TRUE(request.environment.uniform);
 }
 
 TEST(Preset, MissingFilesAndTablesAreNamed) {
