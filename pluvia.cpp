@@ -11,19 +11,25 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <CLI/CLI.hpp>
 
 #include "atlas/atomic_file.h"
+#include "atlas/export_gn2006.h"
 #include "atlas/image_io.h"
+#include "atlas/merge_databases.h"
+#include "oscillation/equilibrium.h"
 #include "raytrace/generate.h"
+#include "raytrace/import_database.h"
 #include "raytrace/scene_subset.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
 #include "validate/factor_fit.h"
 #include "validate/fidelity.h"
+#include "validate/fit_json.h"
 
 namespace {
 
@@ -59,8 +65,10 @@ struct GenerateFlags {
   std::string preset = {}, out = {}, scene = {};
   std::vector<int> views = {}, oscillations = {};
   std::vector<double> diameters_mm = {};
-  std::optional<double> cone_half_angle_deg = {};
+  std::optional<double> cone_half_angle_deg = {}, error = {};
+  std::string isa = {};
   int threads = 0;
+  pluvia::ShardShare share = {};
 };
 
 void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
@@ -118,6 +126,14 @@ pluvia::Preset choose_for_scene(const pluvia::Preset& preset, const std::string&
   return subset.preset;
 }
 
+pluvia::Isa isa_from(const std::string& name) {
+  try {
+    return pluvia::isa_from_name(name);
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError("--isa", error.what());
+  }
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -131,8 +147,10 @@ void generate(const GenerateFlags& flags) {
   if (!flags.diameters_mm.empty()) choose_diameters(flags.diameters_mm, preset);
   refuse_views_below(preset);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
+  if (flags.error) preset.target_error = *flags.error;
+  if (!flags.isa.empty()) preset.field.isa = isa_from(flags.isa);
   if (!flags.scene.empty()) preset = choose_for_scene(preset, flags.scene);
-  const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
+  const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine(), flags.share);
   fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
              summary.cpu_s, summary.found);
 }
@@ -146,6 +164,49 @@ void pack(const PackFlags& flags) {
   const auto diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm));
   pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database, {diameter_um, flags.band}));
   fmt::print("{}: packed from {}\n", flags.out, flags.database);
+}
+
+struct MergeFlags {
+  std::vector<std::string> databases = {};
+  std::string out = {};
+  bool partial = false;
+};
+
+void merge(const MergeFlags& flags) {
+  const auto summary = pluvia::merge_databases(flags.databases, flags.out, flags.partial);
+  fmt::print("{}: {} shards merged, {} missing\n", flags.out, summary.shards, summary.missing);
+}
+
+struct ExportFlags {
+  std::string database = {}, out = {}, level = "transit", normalise = "shared", band = {};
+  double diameter_mm = 0;
+};
+
+pluvia::StreakLevel level_of(const std::string& name) {
+  return name == "transit" ? pluvia::StreakLevel::transit : pluvia::StreakLevel::exposure;
+}
+
+void export_layout(const ExportFlags& flags) {
+  const auto normalise =
+      flags.normalise == "shared" ? pluvia::Normalise::shared : pluvia::Normalise::each;
+  const auto summary =
+      pluvia::export_gn2006(flags.database, flags.out,
+                            {.level = level_of(flags.level),
+                             .normalise = normalise,
+                             .diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm)),
+                             .band = flags.band});
+  fmt::print("{}: {} pictures in the layout of 2006, {} shards left out\n", flags.out,
+             summary.pictures, summary.shards_left_out);
+}
+
+struct ImportFlags {
+  std::string layout = {}, out = {}, preset = {}, level = "transit";
+};
+
+void import_layout(const ImportFlags& flags) {
+  const pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const int shards = pluvia::import_gn2006(flags.layout, flags.out, preset, level_of(flags.level));
+  fmt::print("{}: {} shards imported from {}\n", flags.out, shards, flags.layout);
 }
 
 struct RenderFlags {
@@ -208,14 +269,111 @@ bool validate(const ValidateFlags& flags) {
   return passed;
 }
 
-struct FitFlags {
+struct FitOutlinesFlags {
+  std::string outlines = {}, out = {};
+  std::vector<std::string> modes = {"20", "31"};
+  std::optional<double> equilibrium_mm = {};
+};
+
+// "31" is n = 3, m = 1: degrees and orders of one digit.
+pluvia::OutlineModel outline_model(const FitOutlinesFlags& flags) {
+  pluvia::OutlineModel model;
+  model.modes.clear();
+  for (const std::string& mode : flags.modes) {
+    if (std::count(flags.modes.begin(), flags.modes.end(), mode) > 1) {
+      throw CLI::ValidationError("--modes", mode + " twice; expected each mode once");
+    }
+    model.modes.push_back({mode[0] - '0', mode[1] - '0'});
+  }
+  if (flags.equilibrium_mm) {
+    const std::string table = std::string(PLUVIA_DATA_DIR) + "/tables/chuang_beard_1990_cn.csv";
+    model.equilibrium_cos = pluvia::equilibrium_cos(pluvia::read_equilibrium_table(table),
+                                                    1e-3 * *flags.equilibrium_mm);
+  }
+  return model;
+}
+
+// Throws after writing when the outlines are no drop's.
+void fit_outlines(const FitOutlinesFlags& flags) {
+  const pluvia::Outlines outlines = pluvia::read_outlines(flags.outlines);
+  const pluvia::OutlineFit fit = pluvia::fit_outlines(outlines, outline_model(flags));
+  pluvia::write_outline_fit(flags.out, outlines, fit);
+  if (!fit.refusal.empty()) throw std::runtime_error(flags.outlines + ": " + fit.refusal);
+  for (const pluvia::Estimate& estimate : fit.values) {
+    fmt::print("{}\n", pluvia::estimate_line(estimate));
+  }
+  fmt::print("scatter {:.4g} mm, {} of {} points are outliers{}{}\n", fit.scatter_mm, fit.outliers,
+             fit.points,
+             fit.alternatives.empty()
+                 ? ""
+                 : fmt::format("; {} other drops fit as well", fit.alternatives.size()),
+             fit.converged ? "" : "; not converged");
+}
+
+struct FitStreakFlags {
+  std::string streaks = {}, preset = {}, out = {};
+  std::vector<std::string> lights = {};
+  int view_elevation_deg = 0;
+  bool free_phases = false;
+};
+
+// Throws after writing when the streaks are no drop's.
+void fit_streak(const FitStreakFlags& flags) {
+  pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const pluvia::StreakInput input =
+      pluvia::read_streaks(flags.streaks, flags.lights, flags.view_elevation_deg);
+  preset.width_px = input.width_px;
+  pluvia::StreakRequest request = pluvia::shard_request(
+      preset,
+      {.oscillation = preset.sets.front().index, .view_elevation_deg = input.view_elevation_deg});
+  if (request.frame.height_px != input.height_px) {
+    throw std::runtime_error(fmt::format("{}: {} x {} px; expected {} rows for that width and view",
+                                         flags.streaks, input.width_px, input.height_px,
+                                         request.frame.height_px));
+  }
+  ProgressLine progress;
+  const pluvia::StreakFit fit =
+      pluvia::fit_streak(request, input.streaks, pluvia::streak_starts(flags.free_phases),
+                         {.free_phases = flags.free_phases, .known_level = input.known_level},
+                         [&](double share) { progress("fit", share); });
+  pluvia::write_streak_fit(flags.out, flags.streaks, input, fit);
+  if (!fit.refusal.empty()) throw std::runtime_error(flags.streaks + ": " + fit.refusal);
+  for (const pluvia::Estimate& estimate : fit.values) {
+    fmt::print("{}\n", pluvia::estimate_line(estimate));
+  }
+  fmt::print("residual {:.1f} % of the pattern, {} streaks traced{}{}\n", 100 * fit.residual,
+             fit.traced,
+             fit.alternatives.empty()
+                 ? ""
+                 : fmt::format("; {} other drops fit as well", fit.alternatives.size()),
+             fit.converged ? "" : "; not converged");
+}
+
+struct FitFactorsFlags {
   std::string factors = {}, preset = {}, out = {};
 };
 
-void fit_factors(const FitFlags& flags) {
-  const pluvia::FactorFit fit = pluvia::fit_factors(pluvia::read_preset(flags.preset),
-                                                    pluvia::read_real_factors(flags.factors));
-  pluvia::write_factor_fit(flags.out, fit);
+void print_sets(const pluvia::AmplitudeFit& fit) {
+  for (const pluvia::SetAmplitudes& set : fit.sets) {
+    fmt::print("set {}:", set.oscillation);
+    for (const pluvia::Estimate& value : set.values) {
+      fmt::print(" {};", pluvia::estimate_line(value));
+    }
+    fmt::print(" rms {:.3f} fitted, {:.3f} judged ({:.3f} with the preset's)\n", set.rms_fitted,
+               set.rms_judged, set.rms_judged_preset);
+  }
+  fmt::print("{} streaks traced, their logarithms good to {:.4f}{}\n", fit.traced, fit.log10_noise,
+             fit.converged ? "" : "; not converged");
+}
+
+void fit_factors(const FitFactorsFlags& flags) {
+  const pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const auto factors = pluvia::read_real_factors(flags.factors);
+  const pluvia::FactorFit fit = pluvia::fit_factors(preset, factors);
+  ProgressLine progress;
+  const pluvia::AmplitudeFit amplitudes =
+      pluvia::fit_amplitudes(preset, factors, {}, [&](double share) { progress("tables", share); });
+  pluvia::write_factor_fit(flags.out, fit, amplitudes);
   const pluvia::FittedValue& cone = fit.cone;
   fmt::print("{} {} (from {})\n", cone.name,
              cone.identifiable ? fmt::format("{:.3f} +- {:.3f}", cone.value, cone.standard_error)
@@ -223,6 +381,7 @@ void fit_factors(const FitFlags& flags) {
              cone.start);
   fmt::print("rms of log10(ours/theirs) {:.4f}, before {:.4f}{}\n", fit.rms_after, fit.rms_before,
              fit.converged ? "" : "; not converged");
+  print_sets(amplitudes);
 }
 
 // CLI::Range lets nan pass: it is neither below the range nor above.
@@ -234,6 +393,18 @@ CLI::Validator finite_range(double low, double high) {
     return fmt::format("{}; expected {} .. {}", text, low, high);
   };
   return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
+}
+
+// "i/n", 1 <= i <= n.
+pluvia::ShardShare share_from(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  pluvia::ShardShare share;
+  const bool whole = slash != std::string::npos &&
+                     text.find_first_not_of("0123456789/") == std::string::npos &&
+                     CLI::detail::lexical_cast(text.substr(0, slash), share.index) &&
+                     CLI::detail::lexical_cast(text.substr(slash + 1), share.count);
+  if (whole && share.index >= 1 && share.index <= share.count) return share;
+  throw CLI::ValidationError("--shard", fmt::format("{}; expected i/n with 1 <= i <= n", text));
 }
 
 CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
@@ -254,8 +425,16 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
                    "of every light, instead of the preset's")
       ->check(finite_range(0.05, 30));
+  command
+      ->add_option("--error", flags.error,
+                   "relative RMSE that 9 of 10 streaks of every shard must keep; chooses the settings")
+      ->check(finite_range(0.001, 1));
+  command->add_option("--isa", flags.isa, "scalar, avx2 or avx512; default: the widest there is");
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->add_option("--for", flags.scene, "scene, TOML: trace only what it can ask for");
+  command->add_option_function<std::string>(
+      "--shard", [&flags](const std::string& text) { flags.share = share_from(text); },
+      "i/n: the share of worker i of n, each with an --out of its own; then pluvia merge");
   command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
   return command;
 }
@@ -268,6 +447,55 @@ CLI::App* add_pack(CLI::App& app, PackFlags& flags) {
       ->check(finite_range(0.001, 20));
   command->add_option("--band", flags.band, "where there are several; R, G, B without: luminance");
   command->footer("example: pluvia pack db --out atlas");
+  return command;
+}
+
+CLI::App* add_merge(CLI::App& app, MergeFlags& flags) {
+  CLI::App* command = app.add_subcommand("merge", "make one database of those of several workers");
+  command->add_option("databases", flags.databases, "folders of the databases")->required();
+  command->add_option("--out", flags.out, "folder of the database, not there yet")->required();
+  command->add_flag("--partial", flags.partial, "also when planned shards are missing");
+  command->footer("example: pluvia merge db1 db2 db3 --out db");
+  return command;
+}
+
+// For both directions of the layout.
+void add_level(CLI::App& command, std::string& level) {
+  command
+      .add_option("--level", level, "brightness: while the drop is there, or mean of the exposure")
+      ->check(CLI::IsMember({"transit", "exposure"}))
+      ->capture_default_str();
+}
+
+CLI::App* add_export(CLI::App& app, ExportFlags& flags) {
+  CLI::App* command = app.add_subcommand("export", "write a database in the layout of 2006");
+  command->add_option("database", flags.database, "folder of the database")->required();
+  command->add_option("--layout", "gn2006, the one known")
+      ->required()
+      ->check(CLI::IsMember({"gn2006"}));
+  command->add_option("--out", flags.out, "folder of the pictures, not there yet")->required();
+  add_level(*command, flags.level);
+  command
+      ->add_option("--normalise", flags.normalise,
+                   "one factor for all sizes, or a maximum of 65535 in each picture")
+      ->check(CLI::IsMember({"shared", "each"}))
+      ->capture_default_str();
+  command->add_option("--diameter-mm", flags.diameter_mm, "which of several sizes")
+      ->check(finite_range(0.001, 20));
+  command->add_option("--band", flags.band, "which of several bands; luminance of R, G, B without");
+  command->footer("example: pluvia export db --layout gn2006 --out rainstreakdb");
+  return command;
+}
+
+CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
+  CLI::App* command = app.add_subcommand("import", "make a database of pictures in that layout");
+  flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/gn2006.toml";
+  command->add_option("layout", flags.layout, "folder of the pictures")->required();
+  command->add_option("--out", flags.out, "folder of the database, not there yet")->required();
+  command->add_option("--preset", flags.preset, "whose drops and fall the pictures show")
+      ->capture_default_str();
+  add_level(*command, flags.level);
+  command->footer("example: pluvia import rainstreakdb --out db");
   return command;
 }
 
@@ -306,11 +534,73 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   return command;
 }
 
-CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
-  CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
-  fit->require_subcommand(1);
+// "nm" with 2 <= n <= 9, 0 <= m <= n.
+CLI::Validator mode_name() {
+  const auto check = [](const std::string& text) {
+    const bool fits = text.size() == 2 && text[0] >= '2' && text[0] <= '9' && text[1] >= '0' &&
+                      text[1] <= text[0];
+    return fits ? std::string() : text + "; expected two digits n, m with 2 <= n, m <= n";
+  };
+  return {check, "NM"};
+}
+
+CLI::App* add_fit_outlines(CLI::App& fit, FitOutlinesFlags& flags) {
+  CLI::App* command = fit.add_subcommand("outlines", "a drop's oscillation from its outlines");
+  command->add_option("file", flags.outlines, "outlines, CSV (docs/fits.md)")->required();
+  command->add_option("--modes", flags.modes, "modes to fit, n and m, each once")
+      ->delimiter(',')
+      ->check(mode_name())
+      ->capture_default_str();
+  command
+      ->add_option("--equilibrium-mm", flags.equilibrium_mm,
+                   "oscillate about the resting shape of that diameter, not a sphere")
+      ->check(finite_range(0.01, 9));
+  command->add_option("--out", flags.out, "JSON to write")->required();
+  command->footer("example: pluvia fit outlines data/outlines/synthetic.csv --out fit.json");
+  return command;
+}
+
+CLI::Validator light_name() {
+  const auto check = [](const std::string& text) {
+    try {
+      pluvia::parse_light_name(text);
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  return {check, "light_vEE_hAAA"};
+}
+
+CLI::App* add_fit_streak(CLI::App& fit, FitStreakFlags& flags) {
+  CLI::App* command = fit.add_subcommand("streak", "a drop's oscillation from its streaks");
+  flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
+  command->add_option("file", flags.streaks, "shard, EXR; or a picture of linear values")
+      ->required();
+  command
+      ->add_option("--lights", flags.lights,
+                   "of the shard (default: all), or the one that lit the picture")
+      ->delimiter(',')
+      ->check(light_name());
+  command->add_option("--view-elevation-deg", flags.view_elevation_deg, "of a picture's camera")
+      ->check(CLI::Range(0, 80))
+      ->capture_default_str();
+  command->add_flag("--free-phases", flags.free_phases, "fit both phases at shutter-open, too");
+  command->add_option("--preset", flags.preset, "drop, exposure, light and accuracy of the trials")
+      ->capture_default_str();
+  command->add_option("--out", flags.out, "JSON to write")->required();
+  command->footer(
+      "example (after: pluvia generate data/presets/preview.toml --views 0 --oscillations 3 --out "
+      "db):\n  pluvia fit streak db/shards/d3200_osc03_v+00.exr --lights "
+      "light_v+10_h130,light_v+50_h110 --out fit.json");
+  return command;
+}
+
+CLI::App* add_fit_factors(CLI::App& fit, FitFactorsFlags& flags) {
   CLI::App* command =
-      fit->add_subcommand("factors", "the cone of the 2006 light from the real database's factors");
+      fit.add_subcommand("factors",
+                         "the 2006 light's cone and its drops' amplitudes, from the real "
+                         "database's factors");
   flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/preview.toml";
   command->add_option("file", flags.factors, "factors, CSV")->required();
   command->add_option("--preset", flags.preset, "values to start from")->capture_default_str();
@@ -318,6 +608,27 @@ CLI::App* add_fit_factors(CLI::App& app, FitFlags& flags) {
   command->footer(
       "example: pluvia fit factors data/factors/garg_nayar_2006_point_factors.csv --out fit.json");
   return command;
+}
+
+struct FitFlags {
+  FitOutlinesFlags outlines = {};
+  FitStreakFlags streak = {};
+  FitFactorsFlags factors = {};
+};
+
+CLI::App* add_fit(CLI::App& app, FitFlags& flags) {
+  CLI::App* fit = app.add_subcommand("fit", "fit unknowns to measured data, with Ceres");
+  fit->require_subcommand(1);
+  add_fit_outlines(*fit, flags.outlines);
+  add_fit_streak(*fit, flags.streak);
+  add_fit_factors(*fit, flags.factors);
+  return fit;
+}
+
+void run_fit(const CLI::App& fit, const FitFlags& flags) {
+  if (fit.got_subcommand("outlines")) fit_outlines(flags.outlines);
+  if (fit.got_subcommand("streak")) fit_streak(flags.streak);
+  if (fit.got_subcommand("factors")) fit_factors(flags.factors);
 }
 
 std::string command_line(int argc, char** argv) {
@@ -333,14 +644,20 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   GenerateFlags generate_flags;
   PackFlags pack_flags;
+  MergeFlags merge_flags;
+  ExportFlags export_flags;
+  ImportFlags import_flags;
   RenderFlags render_flags;
   ValidateFlags validate_flags;
   FitFlags fit_flags;
   CLI::App* const generate_command = add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
+  CLI::App* const merge_command = add_merge(app, merge_flags);
+  CLI::App* const export_command = add_export(app, export_flags);
+  CLI::App* const import_command = add_import(app, import_flags);
   CLI::App* const render_command = add_render(app, render_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
-  CLI::App* const fit_command = add_fit_factors(app, fit_flags);
+  CLI::App* const fit_command = add_fit(app, fit_flags);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -354,8 +671,11 @@ int main(int argc, char** argv) {
   try {
     if (*generate_command) generate(generate_flags);
     if (*pack_command) pack(pack_flags);
+    if (*merge_command) merge(merge_flags);
+    if (*export_command) export_layout(export_flags);
+    if (*import_command) import_layout(import_flags);
     if (*render_command) render(render_flags);
-    if (*fit_command) fit_factors(fit_flags);
+    if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
   } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong

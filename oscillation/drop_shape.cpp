@@ -62,10 +62,9 @@ void add_equilibrium(DropInstant& drop, const std::vector<double>& c) {
   }
 }
 
-void add_mode(DropInstant& drop, const Mode& mode, double displacement, double phi_drop_rad) {
-  const double turn = mode.m * phi_drop_rad;
-  add_harmonic(drop.surface, mode.m, mode.n - mode.m, legendre_derivative(mode.n, mode.m),
-               displacement * std::cos(turn), mode.m > 0 ? displacement * std::sin(turn) : 0.0);
+void add_bounded_mode(DropInstant& drop, const Mode& mode, double displacement,
+                      double phi_drop_rad) {
+  add_mode(drop.surface, mode.n, mode.m, displacement, phi_drop_rad);
   add_bound(drop, mode.n, std::abs(displacement) * legendre_maximum(mode.n, mode.m));
 }
 
@@ -204,9 +203,7 @@ double polished_minimum(const DropInstant& drop, Eigen::Vector3d u) {
 }  // namespace
 
 double mode_frequency_rad_s(const DropShape& drop, int n) {
-  assert(n >= 2);
-  const double r3 = std::pow(drop.mean_radius_m, 3);
-  return std::sqrt(n * (n - 1) * (n + 2) * drop.surface_tension_n_m / (drop.density_kg_m3 * r3));
+  return mode_frequency_rad_s(drop.mean_radius_m, drop.density_kg_m3, drop.surface_tension_n_m, n);
 }
 
 DropInstant drop_at(const DropShape& drop, double time_s) {
@@ -218,8 +215,8 @@ DropInstant drop_at(const DropShape& drop, double time_s) {
   add_equilibrium(instant, drop.equilibrium_cos);
   for (const Mode& mode : drop.modes) {
     const double w = mode_frequency_rad_s(drop, mode.n);
-    add_mode(instant, mode, mode.amplitude * std::sin(w * time_s + mode.phase_rad),
-             drop.phi_drop_rad);
+    add_bounded_mode(instant, mode, mode.amplitude * std::sin(w * time_s + mode.phase_rad),
+                     drop.phi_drop_rad);
   }
   if (drop.keep_volume) {
     const double full = 4 * pi / 3 * std::pow(drop.mean_radius_m, 3);

@@ -46,6 +46,14 @@ struct DropInstant {
 };
 
 // w of a mode of degree n >= 2 (Rayleigh 1879): sqrt(n (n-1) (n+2) sigma / (rho r0^3)).
+template <typename T>
+T mode_frequency_rad_s(const T& mean_radius_m, double density_kg_m3, double surface_tension_n_m,
+                       int n) {
+  using std::pow, std::sqrt;
+  assert(n >= 2);
+  return sqrt(n * (n - 1) * (n + 2) * surface_tension_n_m /
+              (density_kg_m3 * pow(mean_radius_m, 3.0)));
+}
 double mode_frequency_rad_s(const DropShape& drop, int n);
 
 DropInstant drop_at(const DropShape& drop, double time_s);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 
 #include <Eigen/Core>
 
@@ -56,6 +57,16 @@ void add_harmonic(HarmonicSurface<T>& surface, int m, int degree,
     order->a[k] += cosine * T(p[k]);
     order->b[k] += sine * T(p[k]);
   }
+}
+
+// Adds displacement P_{n,m}(cos theta) cos(m (phi - phi_drop)).
+template <typename T>
+void add_mode(HarmonicSurface<T>& surface, int n, int m, const T& displacement,
+              const T& phi_drop_rad) {
+  using std::cos, std::sin;
+  const T turn = T(m) * phi_drop_rad;
+  add_harmonic(surface, m, n - m, legendre_derivative(n, m), T(displacement * cos(turn)),
+               m > 0 ? T(displacement * sin(turn)) : T(0));
 }
 
 template <typename T>

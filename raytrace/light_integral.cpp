@@ -14,7 +14,7 @@ namespace {
 
 // A piece of a patch is cut into two triangles when it bends by less than this share of the cone,
 // this much of a pixel and this share of its light.
-constexpr double flat_share = 0.05;
+constexpr double flat_share = 0.02;
 constexpr double flat_px = 0.05;
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
@@ -352,7 +352,7 @@ struct EdgeCutter {
     double rest = 0;  // of light and picture, over what is flat
   };
 
-  Bend bend(const Samples& s, std::size_t stride) const {
+  Bend bend(const Samples& s, std::size_t stride, double flat_picture_px) const {
     Bend most;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t n = line * (4 - stride);
@@ -362,7 +362,7 @@ struct EdgeCutter {
                    z = second(&ConeVertex::dz);
       most.direction = std::max(most.direction, std::sqrt(x * x + y * y + z * z));
       const double column = second(&ConeVertex::x), row = second(&ConeVertex::y);
-      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_px,
+      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_picture_px,
                             std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
     }
     return most;
@@ -380,7 +380,8 @@ struct EdgeCutter {
       brightest = std::max(least_light, light);
       flat = integrator.flat_direction(brightest);
     }
-    const Bend u = bend(s, 1), v = bend(s, 3);
+    const double flat_picture_px = flat_picture(s, light);
+    const Bend u = bend(s, 1, flat_picture_px), v = bend(s, 3, flat_picture_px);
     const std::size_t end = lights.size();
     for (std::size_t k = first; k < end; ++k) {
       const Cone& cone = integrator.cones[static_cast<std::size_t>(lights[k])];
@@ -394,13 +395,30 @@ struct EdgeCutter {
       const double v_bend = std::max(weight * v.direction, v.rest);
       // Quads of half the size bend by a quarter of it; chord_factor as for the other patches.
       const bool is_flat = std::max(u_bend, v_bend) < 4 / chord_factor;
-      if (is_flat || depth >= deepest) {
+      if (is_flat || is_small(s, flat_picture_px) || depth >= deepest) {
         leaf(s, end);
       } else {
         halve_piece(r, u_bend >= v_bend, depth, end);
       }
     }
     lights.resize(end);
+  }
+
+  // Toward the outline a piece of the surface is a sliver of the picture, as wide as the square of
+  // the cosine: where its light counts, a chord must keep within that.
+  double flat_picture(const Samples& s, double light) const {
+    if (light < 0.1 * brightest) return flat_px;
+    double most_facing = 0;
+    for (const ConeVertex& v : s) most_facing = std::max(most_facing, v.facing);
+    return flat_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
+  }
+
+  // Both diagonals within what is flat in the picture: a finer cut would move no light to speak of.
+  static bool is_small(const Samples& s, double flat_picture_px) {
+    const auto apart = [](const ConeVertex& a, const ConeVertex& b) {
+      return std::hypot(a.x - b.x, a.y - b.y);
+    };
+    return apart(s[0], s[8]) < flat_picture_px && apart(s[2], s[6]) < flat_picture_px;
   }
 
   static bool misses(const Cone& cone, const Samples& s, double slack) {

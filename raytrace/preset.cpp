@@ -282,6 +282,14 @@ std::string preset_parameters(const Preset& preset) {
     parameters["fall_speed_m_s"] = preset.fall_speed_m_s;
     parameters["slices"] = preset.slices;
   }
+  if (preset.target_error > 0) {
+    // The settings follow from it.
+    for (const char* key : {"base_cells", "spans_per_period", "space_depth", "time_depth",
+                            "bend_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
+      parameters.erase(key);
+    }
+    parameters["target_error"] = preset.target_error;
+  }
   // All absent where nothing is left out or added.
   if (!preset.environment) parameters["environment"] = false;
   if (preset.transfer_degree >= 0) parameters["transfer_degree"] = preset.transfer_degree;

@@ -39,6 +39,9 @@ struct StreakRequest {
   EnvironmentRequest environment = {};
 };
 
+// Periods of the drop's fastest mode in a time; 0 for a rigid drop.
+double fastest_mode_periods(const DropShape& drop, double duration_s);
+
 struct TracedStreak {
   std::vector<StreakImage> light = {};
   StreakImage env = {};  // uniform; empty where it was not asked for

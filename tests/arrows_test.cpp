@@ -19,16 +19,18 @@ namespace {
 using Names = std::set<std::string>;
 
 // A module is a folder, except that the scene and its drops are a module of their own inside
-// raytrace/.
+// raytrace/, and the fits of oscillations one inside oscillation/: a drop needs no Ceres.
 const std::map<std::string, Names> allowed = {
     {"oscillation", {}},
+    {"fit", {"oscillation"}},
     {"atlas", {}},
     {"scene", {"oscillation"}},
     {"raytrace", {"oscillation", "atlas", "scene"}},
     {"realtime", {"oscillation", "atlas", "scene"}},
-    {"validate", {"oscillation", "atlas", "scene", "raytrace", "realtime"}},
-    {"program", {"oscillation", "atlas", "scene", "raytrace", "realtime", "validate"}},
-    {"tests", {"oscillation", "atlas", "scene", "raytrace", "realtime", "validate", "tests"}}};
+    {"validate", {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime"}},
+    {"program", {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "validate"}},
+    {"tests",
+     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "validate", "tests"}}};
 
 // Libraries that only some modules may see: {what an include or a target looks like, who may use
 // it}.
@@ -40,7 +42,7 @@ const std::vector<std::pair<std::regex, Names>> fenced = {
     {std::regex("^(OpenEXR/|OpenImageIO/|Imf|OpenEXR::|OpenImageIO::).*"),
      {"atlas", "validate", "tests"}},
     {std::regex("^(tiny_gltf|TinyGLTF).*"), {"scene", "tests"}},
-    {std::regex("^([Cc]eres).*"), {"oscillation", "validate", "tests"}}};
+    {std::regex("^([Cc]eres).*"), {"fit", "validate", "tests"}}};
 
 std::string contents(const std::filesystem::path& file) {
   std::ostringstream text;
@@ -48,10 +50,10 @@ std::string contents(const std::filesystem::path& file) {
   return text.str();
 }
 
-// The files of the module `scene`, by the name before the dot: those of the target pluvia_scene.
-Names read_scene_files() {
-  const std::string text = contents(PLUVIA_SOURCE_DIR "/raytrace/CMakeLists.txt");
-  const std::regex list("add_library\\s*\\(\\s*pluvia_scene\\s+STATIC\\s+([^)]*)\\)");
+// The files of a target, by the name before the dot: those that its CMake file lists.
+Names read_target_files(const std::string& folder, const std::string& target) {
+  const std::string text = contents(PLUVIA_SOURCE_DIR "/" + folder + "/CMakeLists.txt");
+  const std::regex list("add_library\\s*\\(\\s*" + target + "\\s+STATIC\\s+([^)]*)\\)");
   std::smatch match;
   std::regex_search(text, match, list);
   std::istringstream words(match[1].str());
@@ -64,8 +66,10 @@ Names read_scene_files() {
 std::string module_of(const std::filesystem::path& path) {
   const std::string folder = path.begin()->string();
   if (path == "pluvia.cpp") return "program";
-  static const Names scene_files = read_scene_files();
+  static const Names scene_files = read_target_files("raytrace", "pluvia_scene");
+  static const Names fit_files = read_target_files("oscillation", "pluvia_fit");
   if (folder == "raytrace" && scene_files.count(path.stem().string()) > 0) return "scene";
+  if (folder == "oscillation" && fit_files.count(path.stem().string()) > 0) return "fit";
   return allowed.count(folder) > 0 ? folder : "";
 }
 
@@ -102,10 +106,12 @@ std::vector<std::string> include_objections(const std::string& file, const std::
   return found;
 }
 
-// Targets of the build by module: pluvia_scene is the module scene, pluvia the program.
+// Targets of the build by module: pluvia_scene is the module scene, pluvia_fit the module fit,
+// pluvia the program.
 std::string target_path(const std::string& target) {
   if (target == "pluvia") return "pluvia.cpp";
   if (target == "pluvia_scene") return "raytrace/scene.h";
+  if (target == "pluvia_fit") return "oscillation/outline_fit.h";
   return target.rfind("pluvia_", 0) == 0 ? target.substr(7) + "/." : target;
 }
 
@@ -186,7 +192,9 @@ TEST(Arrows, AWrongArrowIsFound) {
   EXPECT_NE(include("raytrace/scene.h", "#include \"raytrace/optics.h\""), "");
   EXPECT_NE(include("atlas/image.h", "#include \"oscillation/drop_shape.h\""), "");
   EXPECT_NE(include("atlas/image.cpp", "#include <glm/glm.hpp>"), "");
-  EXPECT_NE(include("oscillation/fit.cpp", "#include \"atlas/image.h\""), "");
+  EXPECT_NE(include("oscillation/outline_fit.cpp", "#include \"atlas/image.h\""), "");
+  EXPECT_EQ(include("oscillation/outline_fit.cpp", "#include <ceres/ceres.h>"), "");
+  EXPECT_NE(include("oscillation/drop_shape.cpp", "#include <ceres/ceres.h>"), "");
   EXPECT_NE(include("raytrace/tracer.cpp", "#include \"validate/check.h\""), "");
   EXPECT_NE(include("validate/report.cpp", "#include <epoxy/gl.h>"), "");
   EXPECT_NE(include("atlas/image_io.cpp", "#include \"image.h\""), "");
@@ -195,6 +203,10 @@ TEST(Arrows, AWrongArrowIsFound) {
   EXPECT_NE(link("target_link_libraries(pluvia_realtime\n  PRIVATE pluvia_raytrace)"), "");
   EXPECT_NE(link("target_link_libraries(pluvia_scene PUBLIC embree)"), "");
   EXPECT_NE(link("target_link_libraries(pluvia_atlas PUBLIC pluvia_oscillation)"), "");
+  EXPECT_NE(link("target_link_libraries(pluvia_atlas PUBLIC pluvia_fit)"), "");
+  EXPECT_NE(link("target_link_libraries(pluvia_fit PUBLIC pluvia_atlas)"), "");
+  EXPECT_NE(link("target_link_libraries(pluvia_oscillation PUBLIC Ceres::ceres)"), "");
+  EXPECT_EQ(link("target_link_libraries(pluvia_fit PUBLIC pluvia_oscillation Ceres::ceres)"), "");
   EXPECT_NE(link("target_link_libraries(pluvia_raytrace PRIVATE PkgConfig::epoxy)"), "");
 }
 

@@ -91,7 +91,8 @@ TEST_F(Program, GenerateAndPackSayOneLineOfWhatTheyMade) {
 
 TEST_F(Program, HelpOfEverySubcommandHasAnExampleAndGoesToTheOutput) {
   const std::string overview = run_pluvia("--help").out;
-  for (const std::string command : {"generate", "pack", "render", "validate"}) {
+  for (const std::string command :
+       {"generate", "merge", "export", "import", "pack", "render", "validate"}) {
     const Outcome outcome = run_pluvia(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("example: pluvia " + command));
@@ -109,11 +110,22 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   const std::string generate = fmt::format("generate {} --out {} ", preset, out);
   expect_complaint(generate + "--colour", 2, "--colour");
   for (const std::string value :
-       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5"}) {
+       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5", "--error 0",
+        "--error nan", "--isa sse9"}) {
     expect_complaint(generate + value, 2, value.substr(0, value.find(' ')));
   }
   expect_complaint(generate + "--oscillations 0,4", 2,
                    "--oscillations: 4; expected one of the preset's 0, 3");
+  for (const std::string value : {"0/3", "4/3", "3", "1/", "/1", "1/2/3", "-1/2", "1/1e3", "x"}) {
+    expect_complaint(generate + "--shard " + value, 2,
+                     "--shard: " + value + "; expected i/n with 1 <= i <= n");
+  }
+  expect_complaint("export db --out " + out, 2, "--layout is required");
+  expect_complaint("export db --layout other --out " + out, 2, "--layout");
+  expect_complaint("export db --layout gn2006 --level both --out " + out, 2, "--level");
+  expect_complaint("export db --layout gn2006 --normalise no --out " + out, 2, "--normalise");
+  expect_complaint("import l --level 1 --out " + out, 2, "--level");
+  expect_complaint("merge --out " + out, 2, "databases is required");
   const std::string render = fmt::format("render s.toml --atlas a --out {} ", out);
   for (const std::string value : {"--frames 0", "--start-s nan"}) {
     expect_complaint(render + value, 2, value.substr(0, value.find(' ')));
@@ -181,6 +193,32 @@ TEST_F(Program, BadInputOfGenerateEndsWithOneAndNamesFileAndPlace) {
   EXPECT_FALSE(fs::exists(folder / "db"));
 }
 
+TEST_F(Program, FitOfOutlinesSaysWhatItFoundAndRefusesWhatIsNoDrop) {
+  const std::string out = " --out " + (folder / "fit.json");
+  const std::string example = std::string(PLUVIA_SOURCE_DIR) + "/data/outlines/synthetic.csv";
+  const Outcome outcome = run_pluvia("fit outlines " + example + out);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("A20 0.11"));
+  EXPECT_THAT(read_file(folder / "fit.json"), HasSubstr("\"name\": \"phi_drop_deg\""));
+  EXPECT_THAT(run_pluvia("fit outlines --help").out, HasSubstr("example: pluvia fit outlines"));
+  for (const std::string mode : {"--modes 34", "--modes 20,20", "--equilibrium-mm nan"}) {
+    expect_complaint("fit outlines " + example + out + " " + mode, 2, mode.substr(0, 7));
+  }
+  expect_complaint("fit outlines " + example, 2, "--out is required");
+  std::string table = "# source: none\nt_s,theta_deg,r_mm\n";
+  for (int k = 0; k < 60; ++k) {
+    table += fmt::format("{},{},{}\n", 1e-4 * k, 37 * k % 360, 0.1 + 0.07 * (k * 29 % 60));
+  }
+  write_file_atomically(folder / "noise.csv", table);
+  fs::remove(folder / "fit.json");
+  expect_complaint(fmt::format("fit outlines {}/noise.csv{}", folder.path(), out), 1,
+                   "noise.csv: the radii scatter by ");
+  EXPECT_THAT(read_file(folder / "fit.json"), testing::Not(HasSubstr("\"value\"")));
+  write_file_atomically(folder / "bad.csv", "# source: s\nt_s,theta_deg,r_mm\n0,0,x\n");
+  expect_complaint(fmt::format("fit outlines {}/bad.csv{}", folder.path(), out), 1,
+                   "bad.csv:3:5: r_mm = \"x\"");
+}
+
 TEST_F(Program, FoldersThatCannotBeWrittenEndWithOneAndStayAsTheyWere) {
   write_file_atomically(folder / "plain", "x");
   for (const std::string& out : {folder / "plain", folder / "plain/below"}) {
@@ -205,6 +243,22 @@ TEST_F(Program, PackRefusesDatabasesThatAreNotWhole) {
   fs::remove(shard);
   expect_complaint("pack " + (folder / "db") + out, 1, "d3200_osc03_v+80.exr: ");
   EXPECT_FALSE(fs::exists(folder / "atlas"));
+}
+
+TEST_F(Program, DatabasesThatCannotBeExportedImportedOrMergedEndWithOne) {
+  const std::string out = " --out " + (folder / "out");
+  expect_complaint("export " + (*shared / "db") + " --layout gn2006" + out, 1,
+                   "db/manifest.json: 46 of the layout's 50 shards missing: d3200_osc00_v+20");
+  expect_complaint("import " + (*shared / "db") + out, 1, "normalized_env_max.txt: cannot read");
+  expect_complaint(fmt::format("merge {0}/db {0}/none{1}", shared->path(), out), 1,
+                   "none/manifest.json: cannot read");
+  const std::string other = fmt::format(
+      "generate {}/preset.toml --views 80 --oscillations 0 --cone-half-angle-deg 4 --out {}",
+      shared->path(), folder / "other");
+  ASSERT_EQ(run_pluvia(other).code, 0);
+  expect_complaint(fmt::format("merge {}/db {}{}", shared->path(), folder / "other", out), 1,
+                   "other/manifest.json: cone_half_angle_deg 4.0; expected 5.0 as in ");
+  EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
 TEST_F(Program, OtherPresetIntoADatabaseIsRefusedByName) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atlas/atomic_file.h"
+#include "validate/fit_json.h"
 
 namespace pluvia {
 
@@ -160,19 +161,35 @@ FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& facto
   return fit;
 }
 
-void write_factor_fit(const std::string& file, const FactorFit& fit) {
+void write_factor_fit(const std::string& file, const FactorFit& fit,
+                      const AmplitudeFit& amplitudes) {
   nlohmann::ordered_json cone = {{"name", fit.cone.name}, {"start", fit.cone.start}};
   if (fit.cone.identifiable) {
     cone["value"] = fit.cone.value;
     cone["standard_error"] = fit.cone.standard_error;
   }
   cone["identifiable"] = fit.cone.identifiable;
+  nlohmann::ordered_json sets = nlohmann::ordered_json::array();
+  for (const SetAmplitudes& set : amplitudes.sets) {
+    sets.push_back({{"oscillation", set.oscillation},
+                    {"phi_drop_deg", set.phi_drop_deg},
+                    {"values", estimates_json(set.values)},
+                    {"rms_fitted", set.rms_fitted},
+                    {"rms_judged", set.rms_judged},
+                    {"rms_judged_preset", set.rms_judged_preset}});
+  }
   const nlohmann::ordered_json document = {{"version", 1},
                                            {"values", {cone}},
                                            {"log10_constant", fit.log10_constant},
                                            {"rms_before", fit.rms_before},
                                            {"rms_after", fit.rms_after},
-                                           {"converged", fit.converged}};
+                                           {"converged", fit.converged},
+                                           {"amplitudes",
+                                            {{"sets", sets},
+                                             {"log10_constant", amplitudes.log10_constant},
+                                             {"log10_noise", amplitudes.log10_noise},
+                                             {"traced", amplitudes.traced},
+                                             {"converged", amplitudes.converged}}}};
   write_file_atomically(file, document.dump(2) + "\n");
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "raytrace/generate.h"
+#include "validate/amplitude_fit.h"
 #include "validate/real_factors.h"
 
 namespace pluvia {
@@ -34,6 +35,7 @@ struct FactorFit {
 FactorFit fit_factors(const Preset& preset, const std::vector<RealFactor>& factors);
 
 // JSON with a version number.
-void write_factor_fit(const std::string& file, const FactorFit& fit);
+void write_factor_fit(const std::string& file, const FactorFit& fit,
+                      const AmplitudeFit& amplitudes);
 
 }  // namespace pluvia
