@@ -643,48 +643,86 @@ void integrate_loose_patch(Integrator& integrator, const FieldPatch& patch) {
   }
 }
 
+// What the camera gets from the surface, and where its planes are.
+struct Surface {
+  Integrator& integrator;
+  const EnvironmentRequest& environment;
+  ValueDeposit many;
+  std::vector<double> none = {};  // as many zeros
+
+  int uniform_plane() const { return static_cast<int>(integrator.cones.size()); }
+  int coverage_plane() const { return uniform_plane() + (environment.uniform ? 1 : 0); }
+};
+
 // Environment and coverage of a cell of the surface.
 struct SurfaceCell {
+  Surface& surface;
   Integrator& integrator;
   const FieldCell& cell;
+  CellValues other = {};  // of the environments that are not uniform
 
-  Node values(std::size_t place) const {
-    const std::uint32_t n = cell.nodes[place];
+  SurfaceCell(Surface& on_surface, const FieldCell& at_cell)
+      : surface(on_surface), integrator(on_surface.integrator), cell(at_cell) {
+    if (surface.many.count > 0) other = cell_values(integrator.field, cell, surface.environment);
+  }
+
+  // dir_x holds the place: no direction is asked for here, and the place's other values are.
+  Node values(std::size_t node) const {
+    const std::uint32_t n = cell.nodes[node];
     Node v = integrator.node_values(n, {});
+    v[dir_x] = static_cast<double>(node % 16);
     v[light] = integrator.field.nodes[n].throughput;
     return v;
   }
 
-  void add(const Moment& moment, const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) const {
+  void add(const Moment& moment, const ValueRows& rows, const ConeVertex& a, const ConeVertex& b,
+           const ConeVertex& c) const {
     ConePolygon polygon;
-    polygon.vertices[0] = a;
-    polygon.vertices[1] = b;
-    polygon.vertices[2] = c;
     polygon.count = 3;
+    const std::array<ConeVertex, 3> corners = {a, b, c};
+    std::array<const double*, 3> others = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+      ConeVertex& v = polygon.vertices[k] = corners[k];
+      if (rows.size() > 0) {
+        // No light where the polynomial falls below zero, as clip_to_facing() has it.
+        others[k] = v.throughput < 0 ? surface.none.data()
+                                     : rows.row(static_cast<Eigen::Index>(v.dx)).data();
+      }
+      v.dx = k == 0 ? 1 : 0;
+      v.dy = k == 1 ? 1 : 0;
+      v.dz = k == 2 ? 1 : 0;
+    }
     clip_to_facing(polygon);
-    const int env = static_cast<int>(integrator.cones.size());
-    deposit(integrator.window, env, moment.travel, polygon, moment.time_share);
+    if (surface.environment.uniform) {
+      deposit(integrator.window, surface.uniform_plane(), moment.travel, polygon, moment.time_share);
+    }
+    if (rows.size() > 0) surface.many.add(moment.travel, polygon, moment.time_share, others);
     for (int k = 0; k < polygon.count; ++k) {
       polygon.vertices[static_cast<std::size_t>(k)].throughput = 1;
     }
-    deposit(integrator.window, env + 1, moment.travel, polygon, moment.time_share);
+    deposit(integrator.window, surface.coverage_plane(), moment.travel, polygon, moment.time_share);
   }
 
   // Twice as fine as the nodes where the outline passes: a chord's bulge shrinks to a quarter.
-  void add_whole(const CellPolynomial<quantities>& polynomial, bool at_outline, const Moment& moment) const {
-    const Patch net = polynomial.at(share_of_cell(cell, moment));
+  void add_whole(const CellPolynomial<quantities>& polynomial, bool at_outline,
+                 const Moment& moment) const {
+    const double share = share_of_cell(cell, moment);
+    const Patch net = polynomial.at(share);
     const std::size_t steps = (cell_side - 1) * (at_outline ? 2 : 1);
+    ValueRows rows;
+    if (surface.many.count > 0) rows = other.grid(share, steps);
     std::array<std::array<ConeVertex, 2 * cell_side - 1>, 2 * cell_side - 1> grid;
     for (std::size_t j = 0; j <= steps; ++j) {
       for (std::size_t i = 0; i <= steps; ++i) {
-        grid[j][i] = patch_corner(net, {}, static_cast<double>(i) / static_cast<double>(steps),
+        const double place = static_cast<double>((steps + 1) * j + i);
+        grid[j][i] = patch_corner(net, {place, 0, 0}, static_cast<double>(i) / static_cast<double>(steps),
                                   static_cast<double>(j) / static_cast<double>(steps));
       }
     }
     for (std::size_t j = 0; j < steps; ++j) {
       for (std::size_t i = 0; i < steps; ++i) {
-        add(moment, grid[j][i], grid[j][i + 1], grid[j + 1][i + 1]);
-        add(moment, grid[j][i], grid[j + 1][i + 1], grid[j + 1][i]);
+        add(moment, rows, grid[j][i], grid[j][i + 1], grid[j + 1][i + 1]);
+        add(moment, rows, grid[j][i], grid[j + 1][i + 1], grid[j + 1][i]);
       }
     }
   }
@@ -695,9 +733,12 @@ struct SurfaceCell {
       if (!field.nodes[cell.nodes[16 * time + place]].known) return std::nullopt;
       return values(16 * time + place);
     };
-    for_loose_triangles(between_nodes(field, cell, moment.span_share), field.times, node_at,
+    const BetweenNodes t = between_nodes(field, cell, moment.span_share);
+    ValueRows rows;
+    if (surface.many.count > 0) rows = other.loose(field, cell, t.before, t.share);
+    for_loose_triangles(t, field.times, node_at,
                         [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
-                          add(moment, a, b, c);
+                          add(moment, rows, a, b, c);
                         });
   }
 
@@ -724,7 +765,7 @@ struct SurfaceCell {
 
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
                       std::span<const Moment> moments, std::span<const Moment> surface_moments,
-                      StreakWindow& window) {
+                      StreakWindow& window, const EnvironmentRequest& environment) {
   Integrator integrator{.field = field,
                         .frame = frame,
                         .moments = moments,
@@ -752,9 +793,14 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
         break;
     }
   }
+  Surface surface{.integrator = integrator,
+                  .environment = environment,
+                  .many = make_value_deposit(window, value_count(environment)),
+                  .none = std::vector<double>(value_count(environment))};
   for (const std::uint32_t cell : field.surfaces) {
-    SurfaceCell{.integrator = integrator, .cell = field.cells[cell]}.integrate();
+    SurfaceCell(surface, field.cells[cell]).integrate();
   }
+  surface.many.add_to(window, surface.coverage_plane() + 1);
 }
 
 }  // namespace pluvia
