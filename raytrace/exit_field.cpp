@@ -420,6 +420,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   ExitField field;
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
+  field.radius_m = drops.front().surface.scale;
   Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
   lattice.asked.resize(lattice.drops.size());
   // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle

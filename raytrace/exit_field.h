@@ -97,6 +97,7 @@ struct FieldPatch {  // one path's map in one cell
 
 struct ExitField {
   double refractive_index = 1.333;
+  double radius_m = 0;  // the drop's scale
   int times = 1;  // nodes of a cell in time: 1 for one instant, or a drop that is rigid; else 4
   std::vector<FieldNode> nodes = {};
   std::vector<PathExit> exits = {};

@@ -15,8 +15,9 @@ namespace {
 
 // A piece of a patch is cut into two triangles when it bends by less than this share of the cone,
 // this much of a pixel and this share of its light.
-constexpr double flat_share = 0.05;
+constexpr double flat_share = 0.02;
 constexpr double flat_px = 0.05;
+constexpr double flat_radii = 0.004;  // .. or of the drop's radius, where pixels are coarser
 constexpr double glint_px = 1e-3;  // what the glint of a delta light covers of the picture
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
@@ -73,6 +74,7 @@ struct Integrator {
   StreakWindow& window;
   std::vector<Cone> cones = {};
   double weight = 0;  // of a light's polygon: 1 / (pi sin^2 half_angle)
+  double flat_picture_px = flat_px;
   bool is_delta = false;  // the lights are points at infinity
 
   Node node_values(std::uint32_t index, const PathExit& exit) const {
@@ -323,7 +325,7 @@ void SmoothPatch::integrate() const {
     for (const Node& p : net) brightest = std::max(brightest, p[light]);
     cutter.flat = integrator.flat_direction(brightest);
     const auto size = [&](const Node& d) {
-      return std::max(std::hypot(d[column], d[row]) / flat_px,
+      return std::max(std::hypot(d[column], d[row]) / integrator.flat_picture_px,
                       std::abs(d[light]) / (flat_share * brightest));
     };
     cutter.bend_u = chord_factor * second_difference(net, 1, size);
@@ -411,7 +413,7 @@ struct EdgeCutter {
     double rest = 0;  // of light and picture, over what is flat
   };
 
-  Bend bend(const Samples& s, std::size_t stride) const {
+  Bend bend(const Samples& s, std::size_t stride, double flat_picture_px) const {
     Bend most;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t n = line * (4 - stride);
@@ -421,7 +423,7 @@ struct EdgeCutter {
                    z = second(&ConeVertex::dz);
       most.direction = std::max(most.direction, std::sqrt(x * x + y * y + z * z));
       const double column = second(&ConeVertex::x), row = second(&ConeVertex::y);
-      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_px,
+      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_picture_px,
                             std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
     }
     return most;
@@ -439,7 +441,8 @@ struct EdgeCutter {
       brightest = std::max(least_light, light);
       flat = integrator.flat_direction(brightest);
     }
-    const Bend u = bend(s, 1), v = bend(s, 3);
+    const double flat_picture_px = flat_picture(s, light);
+    const Bend u = bend(s, 1, flat_picture_px), v = bend(s, 3, flat_picture_px);
     const std::size_t end = lights.size();
     for (std::size_t k = first; k < end; ++k) {
       const Cone& cone = integrator.cones[static_cast<std::size_t>(lights[k])];
@@ -453,13 +456,30 @@ struct EdgeCutter {
       const double v_bend = std::max(weight * v.direction, v.rest);
       // Quads of half the size bend by a quarter of it; chord_factor as for the other patches.
       const bool is_flat = std::max(u_bend, v_bend) < 4 / chord_factor;
-      if (is_flat || depth >= deepest) {
+      if (is_flat || is_small(s, flat_picture_px) || depth >= deepest) {
         leaf(s, end);
       } else {
         halve_piece(r, u_bend >= v_bend, depth, end);
       }
     }
     lights.resize(end);
+  }
+
+  // Toward the outline a piece of the surface is a sliver of the picture, as wide as the square of
+  // the cosine: where its light counts, a chord must keep within that.
+  double flat_picture(const Samples& s, double light) const {
+    if (light < 0.1 * brightest) return integrator.flat_picture_px;
+    double most_facing = 0;
+    for (const ConeVertex& v : s) most_facing = std::max(most_facing, v.facing);
+    return integrator.flat_picture_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
+  }
+
+  // Both diagonals within what is flat in the picture: a finer cut would move no light to speak of.
+  static bool is_small(const Samples& s, double flat_picture_px) {
+    const auto apart = [](const ConeVertex& a, const ConeVertex& b) {
+      return std::hypot(a.x - b.x, a.y - b.y);
+    };
+    return apart(s[0], s[8]) < flat_picture_px && apart(s[2], s[6]) < flat_picture_px;
   }
 
   static bool misses(const Cone& cone, const Samples& s, double slack) {
@@ -623,48 +643,86 @@ void integrate_loose_patch(Integrator& integrator, const FieldPatch& patch) {
   }
 }
 
+// What the camera gets from the surface, and where its planes are.
+struct Surface {
+  Integrator& integrator;
+  const EnvironmentRequest& environment;
+  ValueDeposit many;
+  std::vector<double> none = {};  // as many zeros
+
+  int uniform_plane() const { return static_cast<int>(integrator.cones.size()); }
+  int coverage_plane() const { return uniform_plane() + (environment.uniform ? 1 : 0); }
+};
+
 // Environment and coverage of a cell of the surface.
 struct SurfaceCell {
+  Surface& surface;
   Integrator& integrator;
   const FieldCell& cell;
+  CellValues other = {};  // of the environments that are not uniform
 
-  Node values(std::size_t place) const {
-    const std::uint32_t n = cell.nodes[place];
+  SurfaceCell(Surface& on_surface, const FieldCell& at_cell)
+      : surface(on_surface), integrator(on_surface.integrator), cell(at_cell) {
+    if (surface.many.count > 0) other = cell_values(integrator.field, cell, surface.environment);
+  }
+
+  // dir_x holds the place: no direction is asked for here, and the place's other values are.
+  Node values(std::size_t node) const {
+    const std::uint32_t n = cell.nodes[node];
     Node v = integrator.node_values(n, {});
+    v[dir_x] = static_cast<double>(node % 16);
     v[light] = integrator.field.nodes[n].throughput;
     return v;
   }
 
-  void add(const Moment& moment, const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) const {
+  void add(const Moment& moment, const ValueRows& rows, const ConeVertex& a, const ConeVertex& b,
+           const ConeVertex& c) const {
     ConePolygon polygon;
-    polygon.vertices[0] = a;
-    polygon.vertices[1] = b;
-    polygon.vertices[2] = c;
     polygon.count = 3;
+    const std::array<ConeVertex, 3> corners = {a, b, c};
+    std::array<const double*, 3> others = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+      ConeVertex& v = polygon.vertices[k] = corners[k];
+      if (rows.size() > 0) {
+        // No light where the polynomial falls below zero, as clip_to_facing() has it.
+        others[k] = v.throughput < 0 ? surface.none.data()
+                                     : rows.row(static_cast<Eigen::Index>(v.dx)).data();
+      }
+      v.dx = k == 0 ? 1 : 0;
+      v.dy = k == 1 ? 1 : 0;
+      v.dz = k == 2 ? 1 : 0;
+    }
     clip_to_facing(polygon);
-    const int env = static_cast<int>(integrator.cones.size());
-    deposit(integrator.window, env, moment.travel, polygon, moment.time_share);
+    if (surface.environment.uniform) {
+      deposit(integrator.window, surface.uniform_plane(), moment.travel, polygon, moment.time_share);
+    }
+    if (rows.size() > 0) surface.many.add(moment.travel, polygon, moment.time_share, others);
     for (int k = 0; k < polygon.count; ++k) {
       polygon.vertices[static_cast<std::size_t>(k)].throughput = 1;
     }
-    deposit(integrator.window, env + 1, moment.travel, polygon, moment.time_share);
+    deposit(integrator.window, surface.coverage_plane(), moment.travel, polygon, moment.time_share);
   }
 
   // Twice as fine as the nodes where the outline passes: a chord's bulge shrinks to a quarter.
-  void add_whole(const CellPolynomial<quantities>& polynomial, bool at_outline, const Moment& moment) const {
-    const Patch net = polynomial.at(share_of_cell(cell, moment));
+  void add_whole(const CellPolynomial<quantities>& polynomial, bool at_outline,
+                 const Moment& moment) const {
+    const double share = share_of_cell(cell, moment);
+    const Patch net = polynomial.at(share);
     const std::size_t steps = (cell_side - 1) * (at_outline ? 2 : 1);
+    ValueRows rows;
+    if (surface.many.count > 0) rows = other.grid(share, steps);
     std::array<std::array<ConeVertex, 2 * cell_side - 1>, 2 * cell_side - 1> grid;
     for (std::size_t j = 0; j <= steps; ++j) {
       for (std::size_t i = 0; i <= steps; ++i) {
-        grid[j][i] = patch_corner(net, {}, static_cast<double>(i) / static_cast<double>(steps),
+        const double place = static_cast<double>((steps + 1) * j + i);
+        grid[j][i] = patch_corner(net, {place, 0, 0}, static_cast<double>(i) / static_cast<double>(steps),
                                   static_cast<double>(j) / static_cast<double>(steps));
       }
     }
     for (std::size_t j = 0; j < steps; ++j) {
       for (std::size_t i = 0; i < steps; ++i) {
-        add(moment, grid[j][i], grid[j][i + 1], grid[j + 1][i + 1]);
-        add(moment, grid[j][i], grid[j + 1][i + 1], grid[j + 1][i]);
+        add(moment, rows, grid[j][i], grid[j][i + 1], grid[j + 1][i + 1]);
+        add(moment, rows, grid[j][i], grid[j + 1][i + 1], grid[j + 1][i]);
       }
     }
   }
@@ -675,9 +733,12 @@ struct SurfaceCell {
       if (!field.nodes[cell.nodes[16 * time + place]].known) return std::nullopt;
       return values(16 * time + place);
     };
-    for_loose_triangles(between_nodes(field, cell, moment.span_share), field.times, node_at,
+    const BetweenNodes t = between_nodes(field, cell, moment.span_share);
+    ValueRows rows;
+    if (surface.many.count > 0) rows = other.loose(field, cell, t.before, t.share);
+    for_loose_triangles(t, field.times, node_at,
                         [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
-                          add(moment, a, b, c);
+                          add(moment, rows, a, b, c);
                         });
   }
 
@@ -704,7 +765,7 @@ struct SurfaceCell {
 
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
                       std::span<const Moment> moments, std::span<const Moment> surface_moments,
-                      StreakWindow& window) {
+                      StreakWindow& window, const EnvironmentRequest& environment) {
   Integrator integrator{.field = field,
                         .frame = frame,
                         .moments = moments,
@@ -713,6 +774,7 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
   for (const Eigen::Vector3d& axis : lights.directions) {
     integrator.cones.push_back(make_cone(axis, lights.half_angle_rad));
   }
+  integrator.flat_picture_px = std::min(flat_px, flat_radii * field.radius_m / frame.pixel_m);
   integrator.is_delta = lights.half_angle_rad == 0;
   if (!integrator.is_delta) {
     const double sine = std::sin(lights.half_angle_rad);
@@ -731,9 +793,14 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
         break;
     }
   }
+  Surface surface{.integrator = integrator,
+                  .environment = environment,
+                  .many = make_value_deposit(window, value_count(environment)),
+                  .none = std::vector<double>(value_count(environment))};
   for (const std::uint32_t cell : field.surfaces) {
-    SurfaceCell{.integrator = integrator, .cell = field.cells[cell]}.integrate();
+    SurfaceCell(surface, field.cells[cell]).integrate();
   }
+  surface.many.add_to(window, surface.coverage_plane() + 1);
 }
 
 }  // namespace pluvia

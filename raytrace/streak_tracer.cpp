@@ -10,6 +10,7 @@
 #include <tbb/parallel_pipeline.h>
 
 #include "raytrace/light_integral.h"
+#include "raytrace/spherical_harmonics.h"
 
 namespace pluvia {
 
@@ -61,7 +62,10 @@ struct StreakJob {
   int slices_per_span = 1;  // all but the last slice of replicate 1, which has one more, are alike
 
   int slices() const { return spans * slices_per_span; }
-  int planes() const { return static_cast<int>(lights.directions.size()) + 2; }
+  int planes() const {
+    return static_cast<int>(lights.directions.size() + value_count(request.environment)) +
+           (request.environment.uniform ? 2 : 1);
+  }
 
   // Where slice s of a replicate begins, as a share of the exposure. Replicate 1 is shifted by half
   // a slice: its first slice is half as long, and a last half one is added.
@@ -126,7 +130,8 @@ struct StreakJob {
     ConeLights looking = lights;  // where the field is to be fine
     if (lights.half_angle_rad == 0) looking.half_angle_rad = glint_cone_rad;
     const ExitField field = trace_exit_field(request.drop, span, view, looking, options);
-    integrate_lights(field, lights, request.frame, lit, surface, result.window);
+    integrate_lights(field, lights, request.frame, lit, surface, result.window,
+                     request.environment);
     result.remainder = field.remainder;
     result.traced_nodes = field.traced_nodes;
   }
@@ -170,6 +175,31 @@ StreakImage mean_and_variance(const Sums& sums, std::size_t plane) {
     image.variance.push_back(static_cast<float>(0.25 * (a - b) * (a - b)));
   }
   return image;
+}
+
+void take_images(const Sums& sums, const StreakRequest& request, TracedStreak& streak) {
+  std::size_t plane = 0;
+  const auto take = [&] { return mean_and_variance(sums, plane++); };
+  for (std::size_t k = 0; k < request.lights.size(); ++k) streak.light.push_back(take());
+  if (request.environment.uniform) streak.env = take();
+  streak.coverage = take();
+  const std::size_t harmonics = transfer_count(request.environment);
+  const std::size_t channels = map_count(request.environment);
+  while (streak.transfer.size() < harmonics) streak.transfer.push_back(take());
+  while (streak.mapped.size() < channels) streak.mapped.push_back(take());
+}
+
+void refuse_wrong_environment(const EnvironmentRequest& environment) {
+  if (environment.transfer_degree < -1 || environment.transfer_degree > highest_harmonic_degree) {
+    throw std::invalid_argument(fmt::format("transfer_degree = {}; expected 0 .. {}, or -1 for none",
+                                            environment.transfer_degree, highest_harmonic_degree));
+  }
+  const Image& map = environment.map.radiance;
+  if (!map.values.empty() && map.width != 2 * map.height) {
+    throw std::invalid_argument(fmt::format("an environment map of {} x {} pixels; expected width = "
+                                            "2 * height",
+                                            map.width, map.height));
+  }
 }
 
 void refuse_thin_drop(const StreakRequest& request) {
@@ -235,6 +265,7 @@ TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress) {
   refuse_thin_drop(request);
   refuse_cone(request.cone_half_angle_rad);
+  refuse_wrong_environment(request.environment);
   const StreakJob job = make_job(request);
   Sums sums;
   sums.plane_size = static_cast<std::size_t>(request.frame.width_px) *
@@ -269,12 +300,7 @@ TracedStreak trace_streak(const StreakRequest& request,
     streak.beyond_order /= static_cast<double>(streak.traced_nodes);
     streak.lost /= static_cast<double>(streak.traced_nodes);
   }
-  const std::size_t light_count = request.lights.size();
-  for (std::size_t k = 0; k < light_count; ++k) {
-    streak.light.push_back(mean_and_variance(sums, k));
-  }
-  streak.env = mean_and_variance(sums, light_count);
-  streak.coverage = mean_and_variance(sums, light_count + 1);
+  take_images(sums, request, streak);
   return streak;
 }
 

@@ -77,6 +77,9 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {"[80]", "[-20]", "preset.toml", ":21:1: "},
       {"[0, 3]", "[]", "preset.toml", ":22:1: oscillations is empty; expected"},
       {"[0, 3]", "[0, 4]", "preset.toml", ":22:1: oscillation 4; expected one of"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = 9", "preset.toml",
+       ":23:1: picture.transfer_degree = 9; expected"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = -1", "preset.toml", ":23:1: "},
       {"slices = 3", "slices = 2.5", "preset.toml", ":25:1: accuracy.slices = 2.5; expected"},
       {"[accuracy]\nslices = 3", "[accuracy]", "preset.toml",
        ":24:1: accuracy.slices is missing; expected"},
@@ -98,6 +101,20 @@ TEST(Preset, AConeOfZeroAsksForPointsAtInfinity) {
   EXPECT_EQ(shard_request(preset, {.diameter_um = 3200, .oscillation = 3, .view_elevation_deg = 80})
                 .cone_half_angle_rad,
             0);
+}
+
+TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {
+  const TemporaryFolder folder;
+  const Preset none = tiny();
+  EXPECT_EQ(none.transfer_degree, -1);
+  EXPECT_EQ(preset_parameters(none).find("transfer"), std::string::npos);
+  const Preset asked = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "[0, 3]", "[0, 3]\ntransfer_degree = 3")));
+  EXPECT_EQ(asked.transfer_degree, 3);
+  EXPECT_THAT(preset_parameters(asked), HasSubstr("\"transfer_degree\":3"));
+  const StreakRequest request = shard_request(asked, {3200, 3, 80});
+  EXPECT_EQ(request.environment.transfer_degree, 3);
+  EXPECT_TRUE(request.environment.uniform);
 }
 
 TEST(Preset, MissingFilesAndTablesAreNamed) {

@@ -13,11 +13,17 @@
 
 namespace pluvia {
 
-// (A20, A31) = (0.11, 0.1), r0 = 1.6 mm, at 0 .. 3 quarters of the slower mode's period.
-inline DropInstant bench_drop(std::int64_t quarter) {
+// (A20, A31) = (0.11, 0.1), r0 = 1.6 mm.
+inline DropShape bench_shape() {
   DropShape drop;
   drop.mean_radius_m = 1.6e-3;
   drop.modes = {{.n = 2, .m = 0, .amplitude = 0.11}, {.n = 3, .m = 1, .amplitude = 0.1}};
+  return drop;
+}
+
+// At 0 .. 3 quarters of the slower mode's period.
+inline DropInstant bench_drop(std::int64_t quarter) {
+  const DropShape drop = bench_shape();
   const double period_s = 2 * std::numbers::pi / mode_frequency_rad_s(drop, 2);
   return drop_at(drop, static_cast<double>(quarter) / 4 * period_s);
 }

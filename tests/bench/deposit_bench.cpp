@@ -19,7 +19,7 @@ void deposit_triangles(benchmark::State& state) {
     const double x = uniform(random, 8, 24), y = uniform(random, -8, 8);
     polygon.count = 3;
     for (std::size_t k = 0; k < 3; ++k) {
-      polygon.vertices[k] = {0, 0, 1, x + jitter(), y + jitter(), 0.5, 1};
+      polygon.vertices[k] = {0, 0, 1, x + jitter(), y + jitter(), 0.5, 1, 1};
     }
   }
   StreakFrame frame;

@@ -1,117 +1,190 @@
-// What accuracy costs in the generator: one shard traced with several settings, each against a much
-// finer run; CPU seconds and the error of the streaks (relative RMSE per light, median and 90th
-// percentile over the lights), of their fluxes, and the program's own estimate of the error.
+// What accuracy costs in the generator: shards of a preset traced with several settings, each
+// against a much finer run of the field itself (generator_judge compares with brute force).
 //
-//   generator_accuracy PRESET OSCILLATION VIEW [--fine KEY=VALUE,..] SETTING..
-//   SETTING: KEY=VALUE,.. over slices spans cells space time tol cone
-#include <algorithm>
+// Errors are relative to the finer run and hold its own error, too: that is printed as its
+// estimate. It has another seed, so that its grids are turned otherwise.
 #include <cmath>
-#include <ctime>
-#include <sstream>
+#include <cstdio>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "raytrace/preset.h"
+#include "atlas/atomic_file.h"
+#include "tests/bench/batch_judge.h"
+#include "tests/bench/shard_choice.h"
 
+namespace pluvia {
 namespace {
 
-using pluvia::StreakRequest;
-
-double cpu_s() {
-  timespec now = {};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-void apply(const std::string& setting, StreakRequest& request) {
-  std::istringstream list(setting);
-  for (std::string item; std::getline(list, item, ',');) {
-    const std::string key = item.substr(0, item.find('='));
-    const double value = std::stod(item.substr(item.find('=') + 1));
-    if (key == "slices") request.slices = static_cast<int>(value);
-    else if (key == "spans") request.spans_per_period = value;
-    else if (key == "cells") request.field.base_cells = static_cast<int>(value);
-    else if (key == "space") request.field.space_depth = static_cast<int>(value);
-    else if (key == "time") request.field.time_depth = static_cast<int>(value);
-    else if (key == "tol") request.field.bend_tolerance = value;
-    else if (key == "cone") request.cone_half_angle_rad = value * std::acos(-1) / 180;
-    else if (key == "exposure") request.exposure_s *= value, request.frame.path_rows *= value;
-    else if (key == "start") for (auto& m : request.drop.modes) m.phase_rad = value * mode_frequency_rad_s(request.drop, m.n) * request.exposure_s;
-    else if (key == "seed") request.seed = static_cast<std::uint64_t>(value);
-    else throw std::invalid_argument(item);
-  }
-}
-
-struct Errors {
-  std::vector<double> image = {}, flux = {}, estimate = {};
+struct AccuracyFlags {
+  ShardFlags shards = {};
+  std::string reference = {};
+  std::vector<std::string> settings = {""};
 };
 
-double at(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+struct LightError {
+  std::string shard = {}, light = {};
+  double flux = 0;        // of the reference, sum over its pixels
+  double image = 0;       // relative RMSE
+  double flux_error = 0;  // relative, signed
+  double estimate = 0;    // of the relative error, by the run itself
+};
+
+// One setting, all shards.
+struct Outcome {
+  std::string setting = {};
+  double used_s = 0;
+  std::size_t nodes = 0;
+  std::size_t dark = 0;  // pictures without light in the reference: no relative error
+  std::vector<LightError> errors = {};
+};
+
+// Four times as fine in space, time, moments and bends.
+StreakRequest four_times_finer(StreakRequest request) {
+  request.slices *= 4;
+  request.spans_per_period *= 2;
+  request.field.base_cells *= 2;
+  ++request.field.space_depth;
+  ++request.field.time_depth;
+  request.field.bend_tolerance /= 4;
+  return request;
 }
 
-Errors compare(const pluvia::TracedStreak& ours, const pluvia::TracedStreak& fine) {
-  Errors errors;
-  for (std::size_t k = 0; k < ours.light.size(); ++k) {
-    double difference = 0, size = 0, flux = 0, fine_flux = 0, variance = 0;
-    for (std::size_t i = 0; i < ours.light[k].mean.size(); ++i) {
-      const double a = ours.light[k].mean[i], b = fine.light[k].mean[i];
-      difference += (a - b) * (a - b);
-      size += b * b;
-      flux += a;
-      fine_flux += b;
-      variance += ours.light[k].variance[i];
-    }
-    errors.image.push_back(std::sqrt(difference / size));
-    errors.flux.push_back(std::abs(flux / fine_flux - 1));
-    errors.estimate.push_back(std::sqrt(variance / size));
+StreakRequest reference_of(const AccuracyFlags& flags, const StreakRequest& request) {
+  StreakRequest reference = flags.reference.empty() ? four_times_finer(request) : request;
+  ++reference.seed;
+  apply_setting(flags.reference, reference);
+  return reference;
+}
+
+LightError compare(const StreakImage& ours, const StreakImage& reference) {
+  double difference = 0, size = 0, flux = 0, variance = 0;
+  LightError error;
+  for (std::size_t i = 0; i < ours.mean.size(); ++i) {
+    const double a = ours.mean[i], b = reference.mean[i];
+    difference += (a - b) * (a - b);
+    size += b * b;
+    flux += a;
+    error.flux += b;
+    variance += ours.variance[i];
   }
-  return errors;
+  if (size == 0) return error;
+  error.image = std::sqrt(difference / size);
+  error.flux_error = flux / error.flux - 1;
+  error.estimate = std::sqrt(variance / size);
+  return error;
 }
 
-double sum(const std::vector<float>& v) {
-  double s = 0;
-  for (const float x : v) s += x;
-  return s;
+TracedStreak timed_trace(const StreakRequest& request, Outcome& outcome) {
+  const double start_s = cpu_s();
+  TracedStreak streak = trace_streak(request);
+  outcome.used_s += cpu_s() - start_s;
+  outcome.nodes += streak.traced_nodes;
+  return streak;
+}
+
+void add_errors(const ChosenShard& shard, const TracedStreak& streak, const TracedStreak& reference,
+                Outcome& outcome) {
+  for (std::size_t k = 0; k < streak.light.size(); ++k) {
+    LightError error = compare(streak.light[k], reference.light[k]);
+    if (error.flux == 0) {
+      ++outcome.dark;
+      continue;
+    }
+    error.shard = shard.name;
+    error.light = light_name(shard.request.lights[k]);
+    outcome.errors.push_back(error);
+  }
+}
+
+// Median, 90th percentile and greatest, in per cent.
+std::string spread(const Outcome& outcome, const std::function<double(const LightError&)>& of) {
+  std::vector<double> values;
+  for (const LightError& error : outcome.errors) values.push_back(100 * std::abs(of(error)));
+  if (values.empty()) return "none";
+  return fmt::format("{:.2f} / {:.2f} / {:.2f}", quantile(values, 0.5), quantile(values, 0.9),
+                     quantile(values, 1));
+}
+
+// Of all lights and shards together.
+double total_flux_error(const Outcome& outcome) {
+  double flux = 0, difference = 0;
+  for (const LightError& error : outcome.errors) {
+    flux += error.flux;
+    difference += error.flux * error.flux_error;
+  }
+  return flux > 0 ? difference / flux : 0;
+}
+
+void print_outcome(const Outcome& outcome) {
+  fmt::print("{:<40} {:8.2f} {:10}  {:<22} {:<22} {:<22} {:+.3f}{}\n", outcome.setting,
+             outcome.used_s, outcome.nodes,
+             spread(outcome, [](const LightError& e) { return e.image; }),
+             spread(outcome, [](const LightError& e) { return e.flux_error; }),
+             spread(outcome, [](const LightError& e) { return e.estimate; }),
+             100 * total_flux_error(outcome),
+             outcome.dark > 0 ? fmt::format("  ({} dark lights left out)", outcome.dark) : "");
+  std::fflush(stdout);
+}
+
+std::string csv_of(const std::vector<Outcome>& outcomes) {
+  std::string text = "setting,shard,light,reference_flux_px,error,flux_error,estimate\n";
+  for (const Outcome& outcome : outcomes) {
+    for (const LightError& e : outcome.errors) {
+      text += fmt::format("\"{}\",{},{},{},{},{},{}\n", outcome.setting, e.shard, e.light, e.flux,
+                          e.image, e.flux_error, e.estimate);
+    }
+  }
+  return text;
+}
+
+// The reference is compared with itself: what is left is its own estimate.
+std::vector<Outcome> measure(const AccuracyFlags& flags) {
+  std::vector<Outcome> outcomes(1);
+  outcomes.front().setting =
+      "reference: " + (flags.reference.empty() ? "4 times finer" : flags.reference);
+  for (const std::string& setting : flags.settings) {
+    outcomes.push_back({.setting = setting.empty() ? "preset" : setting});
+  }
+  for (const ChosenShard& shard : choose_shards(flags.shards)) {
+    std::vector<StreakRequest> requests;  // all of them first: a wrong setting costs no time
+    for (const std::string& setting : flags.settings) {
+      requests.push_back(shard.request);
+      apply_setting(setting, requests.back());
+    }
+    const TracedStreak reference =
+        timed_trace(reference_of(flags, shard.request), outcomes.front());
+    add_errors(shard, reference, reference, outcomes.front());
+    for (std::size_t k = 0; k < requests.size(); ++k) {
+      const TracedStreak streak = timed_trace(requests[k], outcomes[k + 1]);
+      add_errors(shard, streak, reference, outcomes[k + 1]);
+    }
+  }
+  return outcomes;
+}
+
+void judge(const AccuracyFlags& flags) {
+  const std::vector<Outcome> outcomes = measure(flags);
+  fmt::print("over lights and shards: median / 90th percentile / greatest, %\n");
+  fmt::print("{:<40} {:>8} {:>10}  {:<22} {:<22} {:<22} {}\n", "setting", "CPU s", "nodes",
+             "error of the picture", "of the flux", "own estimate", "total flux, %");
+  for (const Outcome& outcome : outcomes) print_outcome(outcome);
+  if (!flags.shards.csv.empty()) write_file_atomically(flags.shards.csv, csv_of(outcomes));
 }
 
 }  // namespace
+}  // namespace pluvia
 
 int main(int argc, char** argv) {
-  const pluvia::Preset preset = pluvia::read_preset(argv[1]);
-  const StreakRequest base =
-      pluvia::shard_request(preset, {3200, std::stoi(argv[2]), std::stoi(argv[3])});
-  StreakRequest fine = base;
-  apply(argv[4], fine);
-  double start = cpu_s();
-  const pluvia::TracedStreak truth = trace_streak(fine);
-  fmt::print("{:<50} {:7.2f} CPU s {:9} nodes\n", argv[4], cpu_s() - start, truth.traced_nodes);
-  std::fflush(stdout);
-  for (int a = 5; a < argc; ++a) {
-    StreakRequest request = base;
-    apply(argv[a], request);
-    start = cpu_s();
-    const pluvia::TracedStreak ours = trace_streak(request);
-    const double used = cpu_s() - start;
-    const Errors e = compare(ours, truth);
-    fmt::print("{:<50} {:7.2f} CPU s {:9} nodes  error {:.2f} / {:.2f} %  flux {:.2f} / {:.2f} %  "
-               "estimate {:.2f} / {:.2f} %  env {:+.4f} coverage {:+.4f} %\n",
-               argv[a], used, ours.traced_nodes, 100 * at(e.image, 0.5), 100 * at(e.image, 0.9),
-               100 * at(e.flux, 0.5), 100 * at(e.flux, 0.9), 100 * at(e.estimate, 0.5),
-               100 * at(e.estimate, 0.9), 100 * (sum(ours.env.mean) / sum(truth.env.mean) - 1),
-               100 * (sum(ours.coverage.mean) / sum(truth.coverage.mean) - 1));
-    std::vector<std::size_t> worst(e.image.size());
-    for (std::size_t k = 0; k < worst.size(); ++k) worst[k] = k;
-    std::sort(worst.begin(), worst.end(), [&](auto i, auto j) { return e.image[i] > e.image[j]; });
-    fmt::print("   worst:");
-    for (std::size_t k = 0; k < 12; ++k) {
-      fmt::print(" {} {:.1f}/{:.1f}/{:.3g}", light_name(base.lights[worst[k]]), 100 * e.image[worst[k]],
-                 100 * e.flux[worst[k]], sum(truth.light[worst[k]].mean));
-    }
-    fmt::print("\n");
-    std::fflush(stdout);
-  }
+  CLI::App app("What accuracy costs: settings of the exit field against a finer run",
+               "generator_accuracy");
+  pluvia::AccuracyFlags flags;
+  pluvia::add_shard_options(app, flags.shards);
+  app.add_option("settings", flags.settings, "KEY=VALUE,.. of [accuracy]; \"\": the preset's own");
+  app.add_option("--reference", flags.reference,
+                 "KEY=VALUE,.. for the finer run; default: all four times finer");
+  app.footer("example: generator_accuracy data/presets/preview.toml \"\" slices=512,space_depth=3");
+  return pluvia::run_judge(app, flags.shards, argc, argv, [&] { pluvia::judge(flags); });
 }
