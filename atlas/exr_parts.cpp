@@ -124,6 +124,19 @@ ExrPart read_part(Imf::MultiPartInputFile& input, int index, std::size_t file_si
   return part;
 }
 
+void check_channel(const std::string& file, const ExrPart& part, const ExrChannel& channel,
+                   bool may_be_negative) {
+  const auto width = static_cast<std::size_t>(part.width);
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    const float value = channel.values[i];
+    if (std::isfinite(value) && (may_be_negative || value >= 0)) continue;
+    throw std::runtime_error(
+        fmt::format("{}: part {}: pixel ({}, {}) channel {} = {}; expected a finite value{}", file,
+                    part.name, i % width, i / width, channel.name, value,
+                    may_be_negative ? "" : " >= 0"));
+  }
+}
+
 }  // namespace
 
 std::string exr_bytes(const std::vector<ExrPart>& parts) {
@@ -177,14 +190,12 @@ std::vector<ExrPart> parse_exr(const std::string& file, std::string_view bytes) 
 }
 
 void check_radiances(const std::string& file, const ExrPart& part) {
-  const auto width = static_cast<std::size_t>(part.width);
+  for (const ExrChannel& channel : part.channels) check_channel(file, part, channel, false);
+}
+
+void check_signed_values(const std::string& file, const ExrPart& part) {
   for (const ExrChannel& channel : part.channels) {
-    for (std::size_t i = 0; i < channel.values.size(); ++i) {
-      if (std::isfinite(channel.values[i]) && channel.values[i] >= 0) continue;
-      throw std::runtime_error(
-          fmt::format("{}: part {}: pixel ({}, {}) channel {} = {}; expected a finite value >= 0",
-                      file, part.name, i % width, i / width, channel.name, channel.values[i]));
-    }
+    check_channel(file, part, channel, !channel.name.ends_with(".variance"));
   }
 }
 

@@ -33,4 +33,7 @@ std::vector<ExrPart> parse_exr(const std::string& file, std::string_view bytes);
 // >= 0".
 void check_radiances(const std::string& file, const ExrPart& part);
 
+// The same, but only channels NAME.variance must be >= 0.
+void check_signed_values(const std::string& file, const ExrPart& part);
+
 }  // namespace pluvia

@@ -24,6 +24,18 @@ std::map<std::string, int> attributes_of(const ShardKey& key) {
           {"view_elevation_deg", key.view_elevation_deg}};
 }
 
+constexpr const char* transfer_prefix = "transfer_";
+constexpr const char* parts_expected = "light_vSEE_hAAA .., env, transfer_NN .., coverage";
+
+// Harmonics change their sign, and so does the light under them.
+void check_values(const std::string& file, const ExrPart& part) {
+  if (part.name.starts_with(transfer_prefix)) {
+    check_signed_values(file, part);
+  } else {
+    check_radiances(file, part);
+  }
+}
+
 // Band k of an image is [k * count, (k + 1) * count) of both vectors.
 ExrPart part_of(const std::string& file, const Shard& shard, const std::string& name,
                 const StreakImage& image, const std::vector<std::string>& bands) {
@@ -47,7 +59,7 @@ ExrPart part_of(const std::string& file, const Shard& shard, const std::string& 
     part.channels.push_back({.name = bands[k], .values = slice(image.mean, k)});
     part.channels.push_back({.name = bands[k] + ".variance", .values = slice(image.variance, k)});
   }
-  check_radiances(file, part);
+  check_values(file, part);
   return part;
 }
 
@@ -83,6 +95,16 @@ void check_lights(const std::string& file, const Shard& shard) {
   }
 }
 
+// All harmonics of degrees 0 .. L: a square number of them.
+void check_transfer(const std::string& file, const Shard& shard) {
+  std::size_t degree = 0;
+  while (degree * degree < shard.transfer.size()) ++degree;
+  if (degree * degree == shard.transfer.size()) return;
+  throw std::runtime_error(fmt::format("{}: {} transfer pictures; expected 1, 4, 9, 16 or another "
+                                       "square, or none",
+                                       file, shard.transfer.size()));
+}
+
 std::vector<ExrPart> parts_of(const std::string& file, const Shard& shard) {
   if (shard.width_px < 1 || shard.height_px < 1) {
     throw std::runtime_error(fmt::format("{}: {} x {} pixels; expected at least 1 x 1", file,
@@ -90,12 +112,16 @@ std::vector<ExrPart> parts_of(const std::string& file, const Shard& shard) {
   }
   check_bands(file, shard);
   check_lights(file, shard);
+  check_transfer(file, shard);
   std::vector<ExrPart> parts;
   for (std::size_t i = 0; i < shard.lights.size(); ++i) {
     parts.push_back(part_of(file, shard, light_name(shard.lights[i]), shard.light[i], shard.bands));
   }
   if (!shard.env.mean.empty() || !shard.env.variance.empty()) {
     parts.push_back(part_of(file, shard, "env", shard.env, shard.bands));
+  }
+  for (std::size_t i = 0; i < shard.transfer.size(); ++i) {
+    parts.push_back(part_of(file, shard, transfer_name(i), shard.transfer[i], shard.bands));
   }
   parts.push_back(part_of(file, shard, "coverage", shard.coverage, {"Y"}));
   return parts;
@@ -112,7 +138,7 @@ LightDirection light_of(const std::string& file, const ExrPart& part) {
       std::sscanf(part.name.c_str(), "light_v%3d_h%3d", &light.elevation_deg, &light.azimuth_deg);
   if (found != 2 || light_name(light) != part.name) {
     throw_part(file, part,
-               "name unknown or out of place; expected light_vSEE_hAAA .., env, coverage");
+               fmt::format("name unknown or out of place; expected {}", parts_expected));
   }
   return light;
 }
@@ -167,7 +193,7 @@ StreakImage take_image(const std::string& file, ExrPart& part, const Shard& shar
         fmt::format("other channels; expected {0} and {0}.variance", fmt::join(bands, ", ")));
   }
   if (key_of(file, part) != shard.key) throw_part(file, part, "other attributes; expected one key");
-  check_radiances(file, part);
+  check_values(file, part);
   StreakImage image = {.mean = std::move(part.channels[0].values),
                        .variance = std::move(part.channels[1].values)};
   for (std::size_t k = 2; k < part.channels.size(); k += 2) {
@@ -178,6 +204,21 @@ StreakImage take_image(const std::string& file, ExrPart& part, const Shard& shar
     append(image.variance, part.channels[k + 1].values);
   }
   return image;
+}
+
+// The transfer parts from the end of the list, in their order.
+void take_transfer(const std::string& file, std::vector<ExrPart>& parts, Shard& shard) {
+  std::size_t first = parts.size();
+  while (first > 0 && parts[first - 1].name.starts_with(transfer_prefix)) --first;
+  for (std::size_t i = first; i < parts.size(); ++i) {
+    if (parts[i].name != transfer_name(i - first)) {
+      throw_part(file, parts[i],
+                 fmt::format("out of place; expected {}", transfer_name(i - first)));
+    }
+    shard.transfer.push_back(take_image(file, parts[i], shard, shard.bands));
+  }
+  check_transfer(file, shard);
+  parts.resize(first);
 }
 
 }  // namespace
@@ -195,6 +236,10 @@ std::vector<LightDirection> gn2006_light_directions() {
 
 std::string light_name(const LightDirection& light) {
   return fmt::format("light_v{:+03d}_h{:03d}", light.elevation_deg, light.azimuth_deg);
+}
+
+std::string transfer_name(std::size_t number) {
+  return fmt::format("{}{:02d}", transfer_prefix, number);
 }
 
 std::string shard_name(const ShardKey& key) {
@@ -220,9 +265,8 @@ Shard read_shard(const std::string& file) {
   std::vector<ExrPart> parts = parse_exr(file, read_file(file));
   if (parts.back().name != "coverage") {
     throw std::runtime_error(
-        fmt::format("{}: part coverage: missing at the end, where {} stands; "
-                    "expected light_vSEE_hAAA .., env, coverage",
-                    file, parts.back().name));
+        fmt::format("{}: part coverage: missing at the end, where {} stands; expected {}", file,
+                    parts.back().name, parts_expected));
   }
   Shard shard = {.key = key_of(file, parts.back()),
                  .width_px = parts.back().width,
@@ -230,6 +274,7 @@ Shard read_shard(const std::string& file) {
   shard.coverage = take_image(file, parts.back(), shard, {"Y"});
   parts.pop_back();
   if (!parts.empty()) shard.bands = bands_of(parts.front());
+  take_transfer(file, parts, shard);
   if (!parts.empty() && parts.back().name == "env") {
     shard.env = take_image(file, parts.back(), shard, shard.bands);
     parts.pop_back();

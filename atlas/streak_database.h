@@ -7,12 +7,15 @@
 //   oscillation, EE view elevation with sign
 //
 // A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light
-// elevation with sign, azimuth, degrees), then env, then coverage; channels Y and Y.variance.
+// elevation with sign, azimuth, degrees), then env, then transfer_00 .. where they were asked for, then
+// coverage; channels Y and Y.variance.
 // A database of several bands has for each, instead of Y, the channels NAME and NAME.variance;
 // coverage always has Y. Values:
-//   light     radiance toward the camera per unit irradiance of the light on a plane facing it
-//   [1/sr] env       radiance per unit radiance of a uniform environment [1] coverage  share of
-//   pixel area x exposure in which the drop is there [0..1]
+//   light     radiance toward the camera per unit irradiance of the light on a plane facing it [1/sr]
+//   env       radiance per unit radiance of a uniform environment [1]
+//   transfer  radiance under an environment of radiance Y_lm, number l^2 + l + m [1]: may be negative
+//             (raytrace/spherical_harmonics.h, atlas/transfer.h)
+//   coverage  share of pixel area x exposure in which the drop is there [0 .. 1]
 // each an average over the pixel's area AND over the whole exposure. Y.variance is the variance of
 // that mean (unit squared). Row 0 is the top: the drop enters there at shutter-open.
 #pragma once
@@ -36,6 +39,9 @@ std::vector<LightDirection> gn2006_light_directions();
 
 // "light_v+10_h010": the name of its part in a shard and of its image in the manifest.
 std::string light_name(const LightDirection& light);
+
+// "transfer_07": the same of the spherical harmonic of that number.
+std::string transfer_name(std::size_t number);
 
 struct Band {                   // light of one wavelength
   std::string name = "Y";       // a letter, then letters, digits, _
@@ -67,6 +73,7 @@ struct Shard {
   std::vector<LightDirection> lights = {};
   std::vector<StreakImage> light = {};  // as many as lights
   StreakImage env = {};                 // empty vectors where the preset asks for none
+  std::vector<StreakImage> transfer = {};  // none, or (degree + 1)^2
   StreakImage coverage = {};            // of one band
 };
 
@@ -74,7 +81,7 @@ struct Shard {
 double estimated_relative_error(const StreakImage& image);
 
 // The file's bytes are a function of the shard alone; its name should be shard_name(key) + ".exr",
-// or read_shard refuses it. Refuses NaN, infinity, negative values and wrong sizes
+// or read_shard refuses it. Refuses NaN, infinity, negative values (but in transfer) and wrong sizes
 // (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
 std::string write_shard(const std::string& file, const Shard& shard);
 

@@ -131,7 +131,11 @@ Shard trace_shard(const Preset& preset, const ShardKey& key,
     for (std::size_t i = 0; i < shard.light.size(); ++i) {
       append_band(shard.light[i], std::move(streak.light[i]));
     }
-    if (preset.environment) append_band(shard.env, std::move(streak.env));
+    append_band(shard.env, std::move(streak.env));
+    shard.transfer.resize(streak.transfer.size());
+    for (std::size_t i = 0; i < shard.transfer.size(); ++i) {
+      append_band(shard.transfer[i], std::move(streak.transfer[i]));
+    }
     if (k == 0) shard.coverage = std::move(streak.coverage);
   }
   return shard;
@@ -246,6 +250,10 @@ ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std:
   if (!shard.env.mean.empty()) {
     record.images.push_back("env");
     record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
+  }
+  for (std::size_t k = 0; k < shard.transfer.size(); ++k) {
+    record.images.push_back(transfer_name(k));
+    record.estimated_relative_error.push_back(estimated_relative_error(shard.transfer[k]));
   }
   record.images.push_back("coverage");
   record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));

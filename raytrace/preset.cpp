@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "oscillation/water.h"
+#include "raytrace/spherical_harmonics.h"
 #include "raytrace/toml_reader.h"
 
 namespace pluvia {
@@ -17,6 +18,8 @@ namespace {
 
 constexpr double drop_radius_px_of_16 = 5.6;
 constexpr double path_top_px_of_16 = 9;
+
+constexpr double least_cone_deg = 0.05;
 
 constexpr int most_rows = 1 << 20;  // what a manifest takes (atlas/manifest.cpp)
 
@@ -116,7 +119,13 @@ void read_exposure(TomlReader& exposure, Preset& preset) {
 }
 
 void read_light(TomlReader light, Preset& preset) {
-  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
+  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0, 30}, "deg");
+  if (preset.cone_half_angle_deg > 0 && preset.cone_half_angle_deg < least_cone_deg) {
+    light.refuse("cone_half_angle_deg",
+                 fmt::format("cone_half_angle_deg = {} deg; expected 0 (points at infinity) or {} "
+                             ".. 30",
+                             preset.cone_half_angle_deg, least_cone_deg));
+  }
   light.required("max_order", preset.field.paths.max_order, 0, 20);
   if (preset.physical) {
     read_bands(light, *preset.physical);
@@ -138,6 +147,7 @@ void read_picture(TomlReader picture, Preset& preset) {
     preset.environment = false;
     picture.optional("environment", preset.environment);
   }
+  picture.optional("transfer_degree", preset.transfer_degree, 0, highest_harmonic_degree);
   picture.finish();
   for (const char* key : {"view_elevations_deg", "oscillations"}) {
     const auto& list = key[0] == 'v' ? preset.view_elevations_deg : preset.oscillations;
@@ -288,8 +298,9 @@ std::string preset_parameters(const Preset& preset) {
     }
     parameters["target_error"] = preset.target_error;
   }
-  // Both absent where nothing is left out.
+  // All absent where nothing is left out or added.
   if (!preset.environment) parameters["environment"] = false;
+  if (preset.transfer_degree >= 0) parameters["transfer_degree"] = preset.transfer_degree;
   if (preset.lights != gn2006_light_directions()) {
     parameters["lights"] = nlohmann::json::array();
     for (const LightDirection& light : preset.lights) {
@@ -374,6 +385,8 @@ StreakRequest shard_request(const Preset& preset, const ShardKey& key, int band)
                        ? slices_needed(*preset.physical, request.drop, request.frame.path_rows)
                        : preset.slices;
   request.spans_per_period = preset.spans_per_period;
+  request.environment.uniform = preset.environment;
+  request.environment.transfer_degree = preset.transfer_degree;
   // A shard's seed follows from its key, so that it can be traced alone and gives the same bytes.
   request.seed = preset.seed * 1000003u + static_cast<std::uint64_t>(key.oscillation) * 1009u +
                  static_cast<std::uint64_t>(key.view_elevation_deg + 90);

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "raytrace/spherical_harmonics.h"
+
 namespace pluvia {
 
 namespace {
@@ -74,9 +76,14 @@ void reduce_physical(PhysicalRain& rain, const Scene& scene, const std::string& 
   if (!std::all_of(rain.bands.begin(), rain.bands.end(), dark)) std::erase_if(rain.bands, dark);
 }
 
+long transfer_parts(const Preset& preset) {
+  return preset.transfer_degree < 0 ? 0 : static_cast<long>(harmonic_count(preset.transfer_degree));
+}
+
 void count_images(const Preset& preset, long& images, long& shards, long& tracings) {
   const auto bands = static_cast<long>(bands_of(preset).size());
-  const long parts = static_cast<long>(preset.lights.size()) + (preset.environment ? 1 : 0);
+  const long parts = static_cast<long>(preset.lights.size()) + (preset.environment ? 1 : 0) +
+                     transfer_parts(preset);
   shards = static_cast<long>(diameters_of(preset).size() * preset.oscillations.size() *
                              preset.view_elevations_deg.size());
   tracings = shards * bands;
@@ -97,6 +104,13 @@ std::vector<SubsetRow> rows_of(const Preset& all, const Preset& kept) {
                     .kept = kept.environment ? "env" : "",
                     .left_out = kept.environment ? "" : "env"});
   }
+  if (all.transfer_degree >= 0) {
+    const std::string degree = fmt::format("degree {}", all.transfer_degree);
+    const bool stays = kept.transfer_degree >= 0;
+    rows.push_back({.what = "transfer",
+                    .kept = stays ? degree : "",
+                    .left_out = stays ? "" : degree});
+  }
   return rows;
 }
 
@@ -113,6 +127,8 @@ SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::st
     needed_diameters(diameters_of(preset), scene, scene_file);
   }
   kept.environment = preset.environment && has_environment(scene.environment);
+  // A uniform environment needs no harmonics.
+  if (!kept.environment || scene.environment.map_file.empty()) kept.transfer_degree = -1;
   const Reach reach = scene_reach(kept, scene);
   if (scene.rain.drops_per_m3 <= 0 || reach.views_deg.empty()) {
     throw std::runtime_error(

@@ -19,7 +19,7 @@
 namespace pluvia {
 
 struct SubsetRow {        // one line of the table that tells what was kept
-  std::string what = {};  // "views", "lights", "sizes", "bands", "environment"
+  std::string what = {};  // "views", "lights", "sizes", "bands", "environment", "transfer"
   std::string kept = {};  // names
   std::string left_out = {};
 };

@@ -10,6 +10,7 @@
 #include <tbb/parallel_pipeline.h>
 
 #include "raytrace/light_integral.h"
+#include "raytrace/spherical_harmonics.h"
 
 namespace pluvia {
 
@@ -17,6 +18,13 @@ namespace {
 
 constexpr int replicates = 2;
 constexpr int rigid_grids = 8;  // per replicate
+
+// A point light has no size that says how smooth a map is to be: 1 degree puts a glint to within
+// bend_tolerance of that in direction, and the slope of the map, which is its light, to as much of a
+// cell's change.
+constexpr double glint_cone_rad = std::numbers::pi / 180;
+
+constexpr double least_cone_rad = 1e-4;
 
 // The surface moves and turns slowly: its environment and coverage take every fourth slice's time.
 constexpr int slices_per_surface_moment = 4;
@@ -54,7 +62,10 @@ struct StreakJob {
   int slices_per_span = 1;  // all but the last slice of replicate 1, which has one more, are alike
 
   int slices() const { return spans * slices_per_span; }
-  int planes() const { return static_cast<int>(lights.directions.size()) + 2; }
+  int planes() const {
+    return static_cast<int>(lights.directions.size() + value_count(request.environment)) +
+           (request.environment.uniform ? 2 : 1);
+  }
 
   // Where slice s of a replicate begins, as a share of the exposure. Replicate 1 is shifted by half
   // a slice: its first slice is half as long, and a last half one is added.
@@ -116,8 +127,11 @@ struct StreakJob {
     const double radius = request.drop.mean_radius_m * drop_bound();
     result.window = make_window(request.frame, planes(), radius, lit.front().travel.first_row,
                                 lit.back().travel.last_row);
-    const ExitField field = trace_exit_field(request.drop, span, view, lights, options);
-    integrate_lights(field, lights, request.frame, lit, surface, result.window);
+    ConeLights looking = lights;  // where the field is to be fine
+    if (lights.half_angle_rad == 0) looking.half_angle_rad = glint_cone_rad;
+    const ExitField field = trace_exit_field(request.drop, span, view, looking, options);
+    integrate_lights(field, lights, request.frame, lit, surface, result.window,
+                     request.environment);
     result.remainder = field.remainder;
     result.traced_nodes = field.traced_nodes;
   }
@@ -163,6 +177,31 @@ StreakImage mean_and_variance(const Sums& sums, std::size_t plane) {
   return image;
 }
 
+void take_images(const Sums& sums, const StreakRequest& request, TracedStreak& streak) {
+  std::size_t plane = 0;
+  const auto take = [&] { return mean_and_variance(sums, plane++); };
+  for (std::size_t k = 0; k < request.lights.size(); ++k) streak.light.push_back(take());
+  if (request.environment.uniform) streak.env = take();
+  streak.coverage = take();
+  const std::size_t harmonics = transfer_count(request.environment);
+  const std::size_t channels = map_count(request.environment);
+  while (streak.transfer.size() < harmonics) streak.transfer.push_back(take());
+  while (streak.mapped.size() < channels) streak.mapped.push_back(take());
+}
+
+void refuse_wrong_environment(const EnvironmentRequest& environment) {
+  if (environment.transfer_degree < -1 || environment.transfer_degree > highest_harmonic_degree) {
+    throw std::invalid_argument(fmt::format("transfer_degree = {}; expected 0 .. {}, or -1 for none",
+                                            environment.transfer_degree, highest_harmonic_degree));
+  }
+  const Image& map = environment.map.radiance;
+  if (!map.values.empty() && map.width != 2 * map.height) {
+    throw std::invalid_argument(fmt::format("an environment map of {} x {} pixels; expected width = "
+                                            "2 * height",
+                                            map.width, map.height));
+  }
+}
+
 void refuse_thin_drop(const StreakRequest& request) {
   for (const Mode& mode : request.drop.modes) {
     if (std::isfinite(mode.amplitude)) continue;
@@ -176,6 +215,13 @@ void refuse_thin_drop(const StreakRequest& request) {
         "(smaller amplitudes)",
         smallest, smallest_relative_radius));
   }
+}
+
+void refuse_cone(double half_angle_rad) {
+  if (half_angle_rad == 0) return;
+  if (half_angle_rad >= least_cone_rad && half_angle_rad < std::numbers::pi / 4) return;
+  throw std::invalid_argument(fmt::format(
+      "cone_half_angle_rad = {}; expected 0, or {} .. pi / 4", half_angle_rad, least_cone_rad));
 }
 
 std::vector<Block> make_blocks(int spans) {
@@ -218,6 +264,8 @@ double fastest_mode_periods(const DropShape& drop, double duration_s) {
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress) {
   refuse_thin_drop(request);
+  refuse_cone(request.cone_half_angle_rad);
+  refuse_wrong_environment(request.environment);
   const StreakJob job = make_job(request);
   Sums sums;
   sums.plane_size = static_cast<std::size_t>(request.frame.width_px) *
@@ -252,12 +300,7 @@ TracedStreak trace_streak(const StreakRequest& request,
     streak.beyond_order /= static_cast<double>(streak.traced_nodes);
     streak.lost /= static_cast<double>(streak.traced_nodes);
   }
-  const std::size_t light_count = request.lights.size();
-  for (std::size_t k = 0; k < light_count; ++k) {
-    streak.light.push_back(mean_and_variance(sums, k));
-  }
-  streak.env = mean_and_variance(sums, light_count);
-  streak.coverage = mean_and_variance(sums, light_count + 1);
+  take_images(sums, request, streak);
   return streak;
 }
 

@@ -14,6 +14,7 @@
 #include "atlas/streak_database.h"
 #include "raytrace/exit_field.h"
 #include "raytrace/streak_frame.h"
+#include "raytrace/surface_light.h"
 
 namespace pluvia {
 
@@ -28,6 +29,7 @@ struct StreakRequest {
   DropShape drop = {};
   double view_elevation_deg = 0;
   std::vector<LightDirection> lights = {};
+  // 1e-4 .. pi / 4, or 0: points at infinity, whose light comes in glints (raytrace/glints.h).
   double cone_half_angle_rad = 0.0873;
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
@@ -35,6 +37,7 @@ struct StreakRequest {
   int slices = 512;              // per replicate, at least
   double spans_per_period = 12;  // of the fastest mode
   std::uint64_t seed = 1;        // of the grids' turns and shifts
+  EnvironmentRequest environment = {};
 };
 
 // Periods of the drop's fastest mode in a time; 0 for a rigid drop.
@@ -42,8 +45,12 @@ double fastest_mode_periods(const DropShape& drop, double duration_s);
 
 struct TracedStreak {
   std::vector<StreakImage> light = {};
-  StreakImage env = {};
+  StreakImage env = {};  // uniform; empty where it was not asked for
   StreakImage coverage = {};
+  // By harmonic_index: under an environment of radiance Y_lm, so negative values belong. Any
+  // environment of coefficients c lights the streak by sum c_lm transfer_lm.
+  std::vector<StreakImage> transfer = {};
+  std::vector<StreakImage> mapped = {};  // under the request's map, one image for each channel
   double beyond_order = 0;  // mean over the traced rays of the power still inside after max_order
   double lost = 0;          // mean power of rays that could not be followed
   std::size_t traced_nodes = 0;
@@ -51,7 +58,8 @@ struct TracedStreak {
 
 // Same bytes for any number of threads. `progress` gets the share done, 0 .. 1, from one thread at
 // a time. Throws std::invalid_argument for a drop whose surface comes nearer than 0.2 r0 to its
-// centre.
+// centre, an amplitude that is not finite, a cone out of its range, and a transfer_degree beyond
+// highest_harmonic_degree.
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress = {});
 

@@ -158,6 +158,31 @@ TEST_F(Generate, ManifestTellsWhatTheShardsAre) {
   }
 }
 
+TEST_F(Generate, TransferIsKeptBesideTheSamePictures) {
+  run_generate(preset, folder / "without");
+  Preset asked = preset;
+  asked.transfer_degree = 1;
+  EXPECT_THAT(refusal_of_run(asked, folder / "without"),
+              HasSubstr("transfer_degree absent; expected 1"));
+  EXPECT_EQ(run_generate(asked, folder / "with"), std::pair(2, 0));
+  const auto bytes = bytes_of(folder / "with");
+  EXPECT_EQ(run_generate(asked, folder / "with"), std::pair(0, 2));
+  expect_same(bytes_of(folder / "with"), bytes, "second run");
+  const Manifest manifest = read_manifest(folder / "with");
+  for (const ShardRecord& record : manifest.shards) {
+    const Shard with = read_shard(folder / "with/" + record.file);
+    const Shard without = read_shard(folder / "without/" + record.file);
+    ASSERT_EQ(with.transfer.size(), 4u);
+    EXPECT_EQ(with.env.mean, without.env.mean);
+    EXPECT_EQ(with.light[5].mean, without.light[5].mean);
+    ASSERT_EQ(record.images.size(), with.lights.size() + 6);
+    EXPECT_EQ(record.images[with.lights.size() + 1], "transfer_00");
+    EXPECT_EQ(record.images.back(), "coverage");
+    EXPECT_EQ(record.estimated_relative_error[with.lights.size() + 4],
+              estimated_relative_error(with.transfer[3]));
+  }
+}
+
 TEST_F(Generate, SecondRunTracesNothingAndChangesNothing) {
   run_generate(preset, folder / "db");
   const auto before = bytes_of(folder / "db");

@@ -36,6 +36,26 @@ std::map<std::string, std::string> bytes_of(const std::string& folder) {
   return bytes;
 }
 
+TEST(PhysicalDatabase, TransferHasAllBands) {
+  const TemporaryFolder folder;
+  Preset preset = small_preset(folder.path());
+  preset.physical->diameters_um = {3000};
+  preset.oscillations = {3};
+  preset.transfer_degree = 1;
+  EXPECT_EQ(generate_database(preset, folder / "db").traced, 1);
+  const Manifest manifest = read_manifest(folder / "db");
+  EXPECT_THAT(manifest.shards.at(0).images,
+              testing::ElementsAre("light_v+10_h170", "light_v+10_h090", "light_v+90_h170",
+                                   "transfer_00", "transfer_01", "transfer_02", "transfer_03",
+                                   "coverage"));
+  const Shard shard = read_shard(folder / "db/" + manifest.shards[0].file);
+  const auto count = static_cast<std::size_t>(shard.width_px * shard.height_px);
+  for (const StreakImage& image : shard.transfer) EXPECT_EQ(image.mean.size(), 2 * count);
+  const auto& means = shard.transfer[2].mean;  // of z: refraction turns blue light farther than red
+  EXPECT_NE(std::vector(means.begin(), means.begin() + static_cast<std::ptrdiff_t>(count)),
+            std::vector(means.begin() + static_cast<std::ptrdiff_t>(count), means.end()));
+}
+
 TEST(PhysicalDatabase, ManifestTellsSizesAndBandsAndShardsHoldThem) {
   const TemporaryFolder folder;
   const Preset preset = small_preset(folder.path());

@@ -61,6 +61,8 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
   const Refusal refusals[] = {
       {"max_order = 2", "max_order = 2\nmax_ordr = 2", "preset.toml",
        ":18:1: unknown key \"max_ordr\" in [light]; did you mean \"max_order\"?"},
+      {"cone_half_angle_deg = 5", "cone_half_angle_deg = 0.01", "preset.toml",
+       ":16:1: cone_half_angle_deg = 0.01 deg; expected 0 (points at infinity) or 0.05 .. 30"},
       {"seed = 7", "sed = 7", "preset.toml", ":3:1: unknown key \"sed\"; did you mean \"seed\"?"},
       {"preset = \"gn2006\"", "preset = \"gn2007\"", "preset.toml",
        ":1:1: preset = \"gn2007\"; expected \"gn2006\""},
@@ -75,6 +77,9 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {"[80]", "[-20]", "preset.toml", ":21:1: "},
       {"[0, 3]", "[]", "preset.toml", ":22:1: oscillations is empty; expected"},
       {"[0, 3]", "[0, 4]", "preset.toml", ":22:1: oscillation 4; expected one of"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = 9", "preset.toml",
+       ":23:1: picture.transfer_degree = 9; expected"},
+      {"[0, 3]", "[0, 3]\ntransfer_degree = -1", "preset.toml", ":23:1: "},
       {"slices = 3", "slices = 2.5", "preset.toml", ":25:1: accuracy.slices = 2.5; expected"},
       {"[accuracy]\nslices = 3", "[accuracy]", "preset.toml",
        ":24:1: accuracy.slices is missing; expected"},
@@ -87,6 +92,29 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {tiny_sets, "", sets, ":1:1: no [[set]]; expected at least one oscillation set"},
   };
   for (const Refusal& refusal : refusals) expect_refused(refusal);
+}
+
+TEST(Preset, AConeOfZeroAsksForPointsAtInfinity) {
+  const TemporaryFolder folder;
+  const Preset preset = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "cone_half_angle_deg = 5", "cone_half_angle_deg = 0")));
+  EXPECT_EQ(shard_request(preset, {.diameter_um = 3200, .oscillation = 3, .view_elevation_deg = 80})
+                .cone_half_angle_rad,
+            0);
+}
+
+TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {
+  const TemporaryFolder folder;
+  const Preset none = tiny();
+  EXPECT_EQ(none.transfer_degree, -1);
+  EXPECT_EQ(preset_parameters(none).find("transfer"), std::string::npos);
+  const Preset asked = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "[0, 3]", "[0, 3]\ntransfer_degree = 3")));
+  EXPECT_EQ(asked.transfer_degree, 3);
+  EXPECT_THAT(preset_parameters(asked), HasSubstr("\"transfer_degree\":3"));
+  const StreakRequest request = shard_request(asked, {3200, 3, 80});
+  EXPECT_EQ(request.environment.transfer_degree, 3);
+  EXPECT_TRUE(request.environment.uniform);
 }
 
 TEST(Preset, MissingFilesAndTablesAreNamed) {

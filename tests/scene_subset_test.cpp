@@ -192,7 +192,7 @@ TEST(SceneSubset, NarrowViewsKeepWhatTheirStreaksReach) {
 
 TEST(SceneSubset, WhatIsFarFromEveryLookupIsLeftOut) {
   // A level view of 10 degrees, lamps behind and at the side: no steep view, and few lights.
-  const Preset preset = full_preset(false);
+  Preset preset = full_preset(false);
   Scene scene = small_scene(false);
   scene.camera.vertical_fov_deg = 10;
   scene.rain.box_min_m.y() = 2;
@@ -206,6 +206,19 @@ TEST(SceneSubset, WhatIsFarFromEveryLookupIsLeftOut) {
   EXPECT_FALSE(subset.preset.environment) << "no environment shines";
   scene.environment.uniform_cd_m2 = {0, 0, 1};
   EXPECT_TRUE(scene_subset(preset, scene, "scene.toml").preset.environment);
+  // Harmonics only where a map shines, and none were asked for so far.
+  preset.transfer_degree = 3;
+  const SceneSubset uniform = scene_subset(preset, scene, "scene.toml");
+  EXPECT_EQ(uniform.preset.transfer_degree, -1);
+  EXPECT_EQ(uniform.all_images, 10 * (74 + 1 + 16 + 1));
+  EXPECT_EQ(uniform.rows.back().what, "transfer");
+  EXPECT_EQ(uniform.rows.back().left_out, "degree 3");
+  scene.environment.map_file = "sky.exr";
+  const SceneSubset mapped = scene_subset(preset, scene, "scene.toml");
+  EXPECT_EQ(mapped.preset.transfer_degree, 3);
+  EXPECT_EQ(mapped.images - uniform.images, 16 * mapped.shards);
+  scene.environment.scale_cd_m2 = 0;
+  EXPECT_EQ(scene_subset(preset, scene, "scene.toml").preset.transfer_degree, -1);
 }
 
 TEST(SceneSubset, ADropStraightBetweenCameraAndLampNeedsTheLightBehindIt) {

@@ -111,6 +111,72 @@ TEST(StreakDatabase, ShardWithoutEnvironmentOrLightsIsReadBack) {
   expect_equal(read_shard(folder / shard_file).coverage, shard.coverage, "coverage");
 }
 
+// A shard with all harmonics of degree 1, which change their sign.
+Shard transfer_shard(unsigned seed) {
+  Shard shard = random_shard(seed);
+  std::mt19937 random(seed + 100);
+  for (int k = 0; k < 4; ++k) {
+    shard.transfer.push_back(random_streak(random, shard.width_px * shard.height_px));
+    for (std::size_t i = 0; i < 50; ++i) shard.transfer.back().mean[3 * i] *= -1;
+  }
+  return shard;
+}
+
+TEST(StreakDatabase, TransferIsReadBackAsItWasWritten) {
+  const TemporaryFolder folder;
+  Shard shard = transfer_shard(2);
+  for (const bool env : {true, false}) {
+    if (!env) shard.env = {};
+    write_shard(folder / shard_file, shard);
+    const Shard again = read_shard(folder / shard_file);
+    ASSERT_EQ(again.transfer.size(), 4u);
+    for (std::size_t k = 0; k < 4; ++k) expect_equal(again.transfer[k], shard.transfer[k], "transfer");
+    expect_equal(again.env, shard.env, "env");
+    EXPECT_EQ(again.lights, shard.lights);
+  }
+  const auto parts = parse_exr(shard_file, read_file(folder / shard_file));
+  ASSERT_EQ(parts.size(), 8u);
+  EXPECT_EQ(parts[3].name, "transfer_00");
+  EXPECT_EQ(parts[6].name, "transfer_03");
+  EXPECT_EQ(parts[7].name, "coverage");
+}
+
+TEST(StreakDatabase, TransferThatIsNotWholeIsRefused) {
+  const TemporaryFolder folder;
+  const std::string file = folder / shard_file;
+  const auto unwritable = [&](auto spoil) {
+    Shard shard = transfer_shard(3);
+    spoil(shard);
+    return message_of([&] { write_shard(file, shard); });
+  };
+  EXPECT_THAT(unwritable([](Shard& s) { s.transfer.pop_back(); }),
+              HasSubstr("3 transfer pictures; expected 1, 4, 9, 16 or another square, or none"));
+  EXPECT_THAT(unwritable([](Shard& s) { s.transfer[2].mean[9] = std::nanf(""); }),
+              HasSubstr("part transfer_02: pixel (1, 1) channel Y = nan; expected a finite value"));
+  EXPECT_THAT(unwritable([](Shard& s) { s.transfer[1].variance[0] = -1; }),
+              HasSubstr("part transfer_01: pixel (0, 0) channel Y.variance = -1; expected a finite "
+                        "value >= 0"));
+  write_shard(file, transfer_shard(3));
+  const std::vector<ExrPart> good = parse_exr(file, read_file(file));
+  const auto unreadable = [&](auto spoil) {
+    std::vector<ExrPart> parts = good;
+    spoil(parts);
+    put_file(file, exr_bytes(parts));
+    return message_of([&] { read_shard(file); });
+  };
+  EXPECT_THAT(unreadable([](auto& parts) { parts.erase(parts.begin() + 7); }),
+              HasSubstr("3 transfer pictures; expected 1, 4, 9"));
+  EXPECT_THAT(unreadable([](auto& parts) { std::swap(parts[5], parts[6]); }),
+              HasSubstr("part transfer_02: out of place; expected transfer_01"));
+  EXPECT_THAT(unreadable([](auto& parts) { std::swap(parts[3], parts[4]); }),
+              HasSubstr("part transfer_01: out of place; expected transfer_00"));
+  EXPECT_THAT(unreadable([](auto& parts) { parts[4].name = "Transfer_00"; }),
+              HasSubstr("part transfer_01: out of place; expected transfer_00"));
+  EXPECT_THAT(unreadable([](auto& parts) { parts[0].name = "transfer_04"; }),
+              HasSubstr("part transfer_04: name unknown or out of place; expected light_vSEE_hAAA .., "
+                        "env, transfer_NN .., coverage"));
+}
+
 TEST(StreakDatabase, BytesOfAShardDependOnTheShardAlone) {
   const TemporaryFolder folder;
   const Shard shard = random_shard(3);
