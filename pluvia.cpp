@@ -423,8 +423,8 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->check(CLI::Range(0, 99));
   command
       ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
-                   "of every light, instead of the preset's")
-      ->check(finite_range(0.05, 30));
+                   "of every light, instead of the preset's; 0: points at infinity")
+      ->check(finite_range(0, 0) | finite_range(0.05, 30));
   command
       ->add_option("--error", flags.error,
                    "relative RMSE that 9 of 10 streaks of every shard must keep; chooses the settings")

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
@@ -213,6 +214,9 @@ Estimate collect(const std::vector<Replicate>& replicates, std::size_t plane, st
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
                                const std::function<void(double)>& progress) {
   assert(options.replicates >= 2 && options.instants >= 1 && options.rays_per_instant >= 1);
+  if (request.cone_half_angle_rad == 0) {
+    throw std::invalid_argument("cone_half_angle_rad = 0; expected a cone: no ray meets a point");
+  }
   double bound = 1;  // over all instants, relative to r0
   for (int k = 0; k <= 64; ++k) {
     const DropInstant drop = drop_at(request.drop, request.exposure_s * k / 64);

@@ -35,6 +35,7 @@ struct BruteStreak {
   double rays = 0;  // that met the drop
 };
 
+// Throws std::invalid_argument for a cone of half angle 0: no ray meets a point.
 // The request's field options are used for their path options only. Same bytes for any thread
 // count. `progress` gets the share done, 0 .. 1, from one thread at a time.
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,

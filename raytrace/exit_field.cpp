@@ -18,6 +18,14 @@ constexpr double pi = std::numbers::pi;
 // pole at minus the cosine of Brewster's angle, -0.6), and a cubic cannot follow.
 constexpr double least_facing = -0.35;
 
+// For other indices the exits end where reflectance has grown as much as there: its logarithm's
+// slope at the outline is -4 n^2 / sqrt(n^2 - 1) for p, so that is at -0.71 sqrt(n^2 - 1) / n^2. An
+// index of 1 has no such place: its cells at the outline hold only the nodes that the camera sees.
+double least_facing_of_exits(double refractive_index) {
+  const double n2 = refractive_index * refractive_index;
+  return std::max(least_facing, -0.71 * std::sqrt(n2 - 1) / n2);
+}
+
 // A path with less light than this share (reflection at normal incidence) is followed less finely:
 // its map may bend more in proportion, and where it breaks, every halving of its light saves one
 // halving of the cell.
@@ -104,8 +112,9 @@ struct Lattice {
       numbers.push_back(node.number);
     }
     const auto points = surface_points_of(drop, directions, view.to_camera, options.isa);
+    const double least_of_exits = least_facing_of_exits(options.paths.refractive_index);
     std::vector<CameraHit> hits;
-    std::size_t known = 0;
+    std::size_t followed = 0;
     for (std::size_t n = 0; n < points.size(); ++n) {
       const SurfacePoint& point = points[n];
       FieldNode& node = field.nodes[numbers[n]];
@@ -113,10 +122,14 @@ struct Lattice {
       if (node.facing < least_facing || (node.facing > 0 && point.hidden)) continue;
       node.known = true;
       node.xy_m = {point.position_m.dot(view.right), point.position_m.dot(view.up)};
+      if (node.facing <= 0) {
+        node.throughput = 1;  // at the outline all light is reflected
+        if (node.facing <= least_of_exits) continue;
+      }
       hits.push_back({point.position_m, point.normal});
-      numbers[known++] = numbers[n];
+      numbers[followed++] = numbers[n];
     }
-    numbers.resize(known);
+    numbers.resize(followed);
     take(trace_exits_of(drop, hits, view.to_camera, options.paths, options.isa), numbers);
   }
 
@@ -127,10 +140,7 @@ struct Lattice {
       FieldNode& node = field.nodes[numbers[n]];
       node.first_exit = before + traced.first_exit[n];
       node.exit_count = traced.first_exit[n + 1] - traced.first_exit[n];
-      if (node.facing <= 0) {
-        node.throughput = 1;  // at the outline all light is reflected
-        continue;
-      }
+      if (node.facing <= 0) continue;
       for (std::uint32_t e = 0; e < node.exit_count; ++e) {
         node.throughput += field.exits[node.first_exit + e].throughput;
       }
@@ -410,6 +420,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   ExitField field;
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
+  field.radius_m = drops.front().surface.scale;
   Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
   lattice.asked.resize(lattice.drops.size());
   // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle

@@ -40,7 +40,7 @@ Eigen::Vector3d light_direction(double elevation_deg, double azimuth_deg);
 
 struct ConeLights {
   std::vector<Eigen::Vector3d> directions = {};  // unit, toward the lights
-  double half_angle_rad = 0;                     // of every cone, > 0 and < pi / 4
+  double half_angle_rad = 0;  // of every cone, > 0 and < pi / 4; integrate_lights takes 0, too
 };
 
 struct FieldOptions {
@@ -97,6 +97,7 @@ struct FieldPatch {  // one path's map in one cell
 
 struct ExitField {
   double refractive_index = 1.333;
+  double radius_m = 0;  // the drop's scale
   int times = 1;  // nodes of a cell in time: 1 for one instant, or a drop that is rigid; else 4
   std::vector<FieldNode> nodes = {};
   std::vector<PathExit> exits = {};

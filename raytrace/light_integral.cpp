@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "raytrace/bezier_patch.h"
+#include "raytrace/glints.h"
 
 namespace pluvia {
 
@@ -16,6 +17,8 @@ namespace {
 // this much of a pixel and this share of its light.
 constexpr double flat_share = 0.02;
 constexpr double flat_px = 0.05;
+constexpr double flat_radii = 0.004;  // .. or of the drop's radius, where pixels are coarser
+constexpr double glint_px = 1e-3;  // what the glint of a delta light covers of the picture
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
 // Patches with less light than reflection at normal incidence are cut less finely, in proportion,
@@ -71,6 +74,8 @@ struct Integrator {
   StreakWindow& window;
   std::vector<Cone> cones = {};
   double weight = 0;  // of a light's polygon: 1 / (pi sin^2 half_angle)
+  double flat_picture_px = flat_px;
+  bool is_delta = false;  // the lights are points at infinity
 
   Node node_values(std::uint32_t index, const PathExit& exit) const {
     const FieldNode& n = field.nodes[index];
@@ -105,6 +110,12 @@ struct Integrator {
   void add_triangle(int light, const Moment& moment, const ConeVertex& a, const ConeVertex& b,
                     const ConeVertex& c) {
     const Cone& cone = cones[static_cast<std::size_t>(light)];
+    if (is_delta) {
+      if (const auto glint = glint_in_triangle(cone.axis, a, b, c)) {
+        add_glint(light, moment, *glint);
+      }
+      return;
+    }
     const auto direction = [](const ConeVertex& v) { return std::array{v.dx, v.dy, v.dz}; };
     if (beyond_a_side(cone, std::array{direction(a), direction(b), direction(c)})) return;
     ConePolygon polygon;
@@ -116,6 +127,28 @@ struct Integrator {
     clip_to_margin(polygon);
     clip_to_cone(cone, polygon);
     deposit(window, light, moment.travel, polygon, moment.time_share * weight);
+  }
+
+  void add_glints(const std::vector<int>& lights, const Moment& moment, const PatchMap& map) {
+    std::vector<Eigen::Vector3d> directions;
+    for (const int light : lights) {
+      directions.push_back(cones[static_cast<std::size_t>(light)].axis);
+    }
+    find_glints(map, directions, [&](std::size_t k, const Glint& glint) {
+      add_glint(lights[k], moment, glint);
+    });
+  }
+
+  // As a square: its sides share it out between pixels that meet in it.
+  void add_glint(int light, const Moment& moment, const Glint& glint) {
+    ConePolygon square;
+    square.count = 4;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double x = k == 1 || k == 2 ? 0.5 : -0.5, y = k >= 2 ? 0.5 : -0.5;
+      square.vertices[k] = {0, 0, 0, glint.x + x * glint_px, glint.y + y * glint_px, 1, 1, 1};
+    }
+    deposit(window, light, moment.travel, square,
+            moment.time_share * glint.light / (glint_px * glint_px));
   }
 };
 
@@ -168,6 +201,18 @@ ConeVertex patch_corner(const Patch& patch, const std::array<double, 3>& directi
     }
   }
   return {direction[0], direction[1], direction[2], sum[0], sum[1], sum[2], sum[3], 1};
+}
+
+// All of a patch at (u, v).
+ConeVertex patch_point(const Patch& patch, double u, double v) {
+  const auto bu = bernstein(u), bv = bernstein(v);
+  std::array<double, 3> direction = {};
+  for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) direction[c] += bu[i] * bv[j] * patch[4 * j + i][c];
+    }
+  }
+  return patch_corner(patch, direction, u, v);
 }
 
 // A smooth patch: its polynomial at any moment, cut up where a light's cone is.
@@ -270,12 +315,17 @@ void SmoothPatch::integrate() const {
   for (const Moment& moment : integrator.within(integrator.moments, cell)) {
     const Patch net = polynomial.at(share_of_cell(cell, moment));
     if (std::all_of(net.begin(), net.end(), [](const Node& p) { return p[facing] < 0; })) continue;
+    if (integrator.is_delta) {
+      integrator.add_glints(lights, moment,
+                            [&](double u, double v) { return patch_point(net, u, v); });
+      continue;
+    }
     PatchCutter cutter{.integrator = integrator, .patch = net, .moment = moment, .lights = lights};
     double brightest = least_light;
     for (const Node& p : net) brightest = std::max(brightest, p[light]);
     cutter.flat = integrator.flat_direction(brightest);
     const auto size = [&](const Node& d) {
-      return std::max(std::hypot(d[column], d[row]) / flat_px,
+      return std::max(std::hypot(d[column], d[row]) / integrator.flat_picture_px,
                       std::abs(d[light]) / (flat_share * brightest));
     };
     cutter.bend_u = chord_factor * second_difference(net, 1, size);
@@ -319,6 +369,17 @@ struct EdgeCutter {
         integrator.field.refractive_index);
     return {exit.direction.x(), exit.direction.y(), exit.direction.z(), q[edge_column],
             q[edge_row],        exit.throughput,    q[edge_facing],     exit.margin};
+  }
+
+  ConeVertex point(double u, double v) const {
+    const auto bu = bernstein(u), bv = bernstein(v);
+    Quantities q = {};
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t c = 0; c < edge_quantities; ++c) q[c] += bu[i] * bv[j] * net[4 * j + i][c];
+      }
+    }
+    return vertex(q);
   }
 
   Samples samples(const Rectangle& r) const {
@@ -407,10 +468,10 @@ struct EdgeCutter {
   // Toward the outline a piece of the surface is a sliver of the picture, as wide as the square of
   // the cosine: where its light counts, a chord must keep within that.
   double flat_picture(const Samples& s, double light) const {
-    if (light < 0.1 * brightest) return flat_px;
+    if (light < 0.1 * brightest) return integrator.flat_picture_px;
     double most_facing = 0;
     for (const ConeVertex& v : s) most_facing = std::max(most_facing, v.facing);
-    return flat_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
+    return integrator.flat_picture_px * std::clamp(most_facing * most_facing, 1e-4, 1.0);
   }
 
   // Both diagonals within what is flat in the picture: a finer cut would move no light to speak of.
@@ -475,7 +536,12 @@ void integrate_edge_patch(Integrator& integrator, const FieldPatch& patch) {
                       .moment = moment,
                       .refracted = refracted,
                       .lights = lights};
-    cutter.piece({}, 0, 0);
+    if (integrator.is_delta) {
+      integrator.add_glints(lights, moment,
+                            [&](double u, double v) { return cutter.point(u, v); });
+    } else {
+      cutter.piece({}, 0, 0);
+    }
   }
 }
 
@@ -710,8 +776,12 @@ void integrate_lights(const ExitField& field, const ConeLights& lights, const St
   for (const Eigen::Vector3d& axis : lights.directions) {
     integrator.cones.push_back(make_cone(axis, lights.half_angle_rad));
   }
-  const double sine = std::sin(lights.half_angle_rad);
-  integrator.weight = 1 / (std::numbers::pi * sine * sine);
+  integrator.flat_picture_px = std::min(flat_px, flat_radii * field.radius_m / frame.pixel_m);
+  integrator.is_delta = lights.half_angle_rad == 0;
+  if (!integrator.is_delta) {
+    const double sine = std::sin(lights.half_angle_rad);
+    integrator.weight = 1 / (std::numbers::pi * sine * sine);
+  }
   for (const FieldPatch& patch : field.patches) {
     switch (patch.kind) {
       case PatchKind::smooth:

@@ -22,7 +22,8 @@ struct Moment {
 // come the uniform environment where it is asked for, coverage, and the values of surface_light.h,
 // at each of `surface_moments` (ascending both). Values are averages over pixel area and over time:
 // lights per unit irradiance on a plane facing them, L = E / (pi sin^2 half_angle) inside the cone
-// [1/sr]; environments per unit radiance; under a map, radiance.
+// [1/sr] - a half angle of 0 is that limit: the light comes in glints (raytrace/glints.h, which tells
+// what then cannot be promised) -; environments per unit radiance; under a map, radiance.
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
                       std::span<const Moment> moments, std::span<const Moment> surface_moments,
                       StreakWindow& window, const EnvironmentRequest& environment = {});

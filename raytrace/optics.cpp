@@ -50,6 +50,7 @@ double squared_cosine_refracted(double cos_incidence, double index_ratio) {
 
 Eigen::Vector3d refracted_direction(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
                                     double index_ratio) {
+  if (index_ratio == 1) return direction.normalized();
   const double ci = -direction.dot(normal);
   const double ct2 = squared_cosine_refracted(ci, index_ratio);
   const double ct = ct2 > 0 ? std::sqrt(ct2) : 0;
@@ -70,6 +71,10 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
   out.refracted.direction = refracted_direction(d, normal, index_ratio);
   out.reflected.direction = (d + 2 * ci * normal).normalized();
   const Eigen::Vector3d p_reflected = out.reflected.direction.cross(s);
+  if (index_ratio == 1) {  // past grazing the formulas below would divide by zero
+    out.refracted = beam;
+    return out;
+  }
   const double ct2 = squared_cosine_refracted(ci, index_ratio);
   if (ct2 <= 0) {
     // Total reflection: r = (a - i b)/(a + i b) has modulus 1 and a phase that differs for s and p.
@@ -96,6 +101,7 @@ Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double
 }
 
 FresnelPower fresnel_reflectance(double cos_incidence, double index_ratio) {
+  if (index_ratio == 1) return {0, 0};
   const double ct2 = squared_cosine_refracted(cos_incidence, index_ratio);
   if (ct2 <= 0) return {1, 1};
   const double ct = std::sqrt(ct2);

@@ -32,12 +32,15 @@ struct Split {
 };
 
 // The beam meets an interface whose unit normal points against it (normal . direction < 0);
-// index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything unchanged.
+// index_ratio = n(beam's side) / n(far side), > 0. Index ratio 1 transmits everything unchanged,
+// whatever the normal.
 //
 // With normal . direction >= 0 the result is the analytic continuation of these formulas past
 // grazing incidence, where no light meets the interface: directions go on smoothly; the reflected
 // share exceeds 1, and the refracted share is the negative of the power that `refracted` holds, so
-// that the two still add up to 1.
+// that the two still add up to 1. Both grow without bound toward a pole at normal . direction = 1 /
+// sqrt(1 + 1 / index_ratio^2), where there is no result; for ratios near 1 they are large long
+// before.
 Split split_at_interface(const Beam& beam, const Eigen::Vector3d& normal, double index_ratio);
 
 // The direction alone of the refracted beam; along the surface where reflection is total.

@@ -19,6 +19,8 @@ namespace {
 constexpr double drop_radius_px_of_16 = 5.6;
 constexpr double path_top_px_of_16 = 9;
 
+constexpr double least_cone_deg = 0.05;
+
 constexpr int most_rows = 1 << 20;  // what a manifest takes (atlas/manifest.cpp)
 
 DropShape drop_of(const Preset& preset, const OscillationSet& set, int diameter_um) {
@@ -117,7 +119,13 @@ void read_exposure(TomlReader& exposure, Preset& preset) {
 }
 
 void read_light(TomlReader light, Preset& preset) {
-  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0.05, 30}, "deg");
+  light.required("cone_half_angle_deg", preset.cone_half_angle_deg, {0, 30}, "deg");
+  if (preset.cone_half_angle_deg > 0 && preset.cone_half_angle_deg < least_cone_deg) {
+    light.refuse("cone_half_angle_deg",
+                 fmt::format("cone_half_angle_deg = {} deg; expected 0 (points at infinity) or {} "
+                             ".. 30",
+                             preset.cone_half_angle_deg, least_cone_deg));
+  }
   light.required("max_order", preset.field.paths.max_order, 0, 20);
   if (preset.physical) {
     read_bands(light, *preset.physical);

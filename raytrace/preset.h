@@ -23,7 +23,7 @@ struct Preset {
   double surface_tension_n_m = 0;
   double exposure_s = 0;
   double fall_speed_m_s = 0;  // gn2006; 0 in physical
-  double cone_half_angle_deg = 0;
+  double cone_half_angle_deg = 0;  // 0: points at infinity (raytrace/glints.h); else 0.05 .. 30
   std::vector<LightDirection> lights = gn2006_light_directions();  // fewer: a scene's subset
   bool environment = true;      // write the part env; gn2006: always
   int transfer_degree = -1;     // of the spherical harmonics, 0 .. 8: their parts too; -1: none

@@ -19,6 +19,13 @@ namespace {
 constexpr int replicates = 2;
 constexpr int rigid_grids = 8;  // per replicate
 
+// A point light has no size that says how smooth a map is to be: 1 degree puts a glint to within
+// bend_tolerance of that in direction, and the slope of the map, which is its light, to as much of a
+// cell's change.
+constexpr double glint_cone_rad = std::numbers::pi / 180;
+
+constexpr double least_cone_rad = 1e-4;
+
 // The surface moves and turns slowly: its environment and coverage take every fourth slice's time.
 constexpr int slices_per_surface_moment = 4;
 
@@ -120,7 +127,9 @@ struct StreakJob {
     const double radius = request.drop.mean_radius_m * drop_bound();
     result.window = make_window(request.frame, planes(), radius, lit.front().travel.first_row,
                                 lit.back().travel.last_row);
-    const ExitField field = trace_exit_field(request.drop, span, view, lights, options);
+    ConeLights looking = lights;  // where the field is to be fine
+    if (lights.half_angle_rad == 0) looking.half_angle_rad = glint_cone_rad;
+    const ExitField field = trace_exit_field(request.drop, span, view, looking, options);
     integrate_lights(field, lights, request.frame, lit, surface, result.window,
                      request.environment);
     result.remainder = field.remainder;
@@ -209,6 +218,13 @@ void refuse_thin_drop(const StreakRequest& request) {
   }
 }
 
+void refuse_cone(double half_angle_rad) {
+  if (half_angle_rad == 0) return;
+  if (half_angle_rad >= least_cone_rad && half_angle_rad < std::numbers::pi / 4) return;
+  throw std::invalid_argument(fmt::format(
+      "cone_half_angle_rad = {}; expected 0, or {} .. pi / 4", half_angle_rad, least_cone_rad));
+}
+
 std::vector<Block> make_blocks(int spans) {
   std::vector<Block> blocks;
   for (int r = 0; r < replicates; ++r) {
@@ -249,6 +265,7 @@ double fastest_mode_periods(const DropShape& drop, double duration_s) {
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress) {
   refuse_thin_drop(request);
+  refuse_cone(request.cone_half_angle_rad);
   refuse_wrong_environment(request.environment);
   const StreakJob job = make_job(request);
   Sums sums;

@@ -29,6 +29,7 @@ struct StreakRequest {
   DropShape drop = {};
   double view_elevation_deg = 0;
   std::vector<LightDirection> lights = {};
+  // 1e-4 .. pi / 4, or 0: points at infinity, whose light comes in glints (raytrace/glints.h).
   double cone_half_angle_rad = 0.0873;
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
@@ -57,7 +58,8 @@ struct TracedStreak {
 
 // Same bytes for any number of threads. `progress` gets the share done, 0 .. 1, from one thread at
 // a time. Throws std::invalid_argument for a drop whose surface comes nearer than 0.2 r0 to its
-// centre and for a transfer_degree beyond highest_harmonic_degree.
+// centre, an amplitude that is not finite, a cone out of its range, and a transfer_degree beyond
+// highest_harmonic_degree.
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress = {});
 

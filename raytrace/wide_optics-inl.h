@@ -100,6 +100,15 @@ HWY_INLINE SplitLanes split_lanes(const BeamLanes& beam, const Lanes3& normal, d
   SplitLanes out;
   out.power_s = light.s;
   out.power_p = light.p;
+  out.reflected.direction = normalised(mul_add(normal, ci + ci, d));
+  out.reflected.axis = out.refracted.axis = axis;
+  if (index_ratio == 1) {  // past grazing the formulas below would divide by zero
+    out.total = hn::FirstN(Tag(), 0);
+    out.reflected.light = {zero, zero, zero, zero};
+    out.refracted.light = light;
+    out.refracted.direction = d;
+    return out;
+  }
   out.total = ct2 <= zero;
   const Lanes ct = hn::Sqrt(hn::Abs(ct2));
   const Lanes over_s = one / (c + ct), over_p = one / hn::MulAdd(ratio, ct, ci);
@@ -112,10 +121,8 @@ HWY_INLINE SplitLanes split_lanes(const BeamLanes& beam, const Lanes3& normal, d
                          hn::IfThenElse(out.total, wholly.re, partly.re),
                          hn::IfThenElse(out.total, wholly.im, partly.im)};
   out.refracted.light = scaled_light(light, root * over_s, root * over_p);
-  out.reflected.direction = normalised(mul_add(normal, ci + ci, d));
   out.refracted.direction = normalised(
       choose(out.total, mul_add(normal, ci, d), mul_add(normal, c - ct, times(d, ratio))));
-  out.reflected.axis = out.refracted.axis = axis;
   return out;
 }
 

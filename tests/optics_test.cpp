@@ -138,8 +138,24 @@ TEST(Optics, WithoutAStepOfIndexThereIsNoInterface) {
     EXPECT_LT((split.refracted.direction - beam.direction).norm(), 1e-15) << cosine;
     EXPECT_LT((split.refracted.field - beam.field).norm(), 1e-14) << cosine;
   }
-  EXPECT_EQ(fresnel_reflectance(1e-12, 1).s, 0);
-  EXPECT_EQ(fresnel_reflectance(1e-12, 1).p, 0);
+  for (const double cosine : {1e-12, 0.0, -1e-12, -0.3}) {
+    EXPECT_EQ(fresnel_reflectance(cosine, 1).s, 0);
+    EXPECT_EQ(fresnel_reflectance(cosine, 1).p, 0);
+  }
+}
+
+TEST(Optics, WithoutAStepOfIndexABeamGoesOnBeyondGrazingToo) {
+  // The general formulas would be 0 / 0 there.
+  for (const double cosine : {0.0, -1e-12, -1e-3, -0.3}) {
+    const Beam beam = unpolarised_beam({1, 0, 0});
+    const Eigen::Vector3d normal = {-cosine, std::sqrt(1 - cosine * cosine), 0};
+    const Split split = split_at_interface(beam, normal, 1);
+    EXPECT_EQ(power(split.reflected), 0) << cosine;
+    EXPECT_EQ(split.refracted.direction, beam.direction) << cosine;
+    EXPECT_EQ(split.refracted.field, beam.field) << cosine;
+    EXPECT_EQ(refracted_direction(beam.direction, normal, 1), beam.direction) << cosine;
+    EXPECT_TRUE(split.reflected.direction.allFinite()) << cosine;
+  }
 }
 
 TEST(Optics, ATinyStepOfIndexReflectsHalfItsSizeSquared) {

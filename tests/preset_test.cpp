@@ -61,6 +61,8 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
   const Refusal refusals[] = {
       {"max_order = 2", "max_order = 2\nmax_ordr = 2", "preset.toml",
        ":18:1: unknown key \"max_ordr\" in [light]; did you mean \"max_order\"?"},
+      {"cone_half_angle_deg = 5", "cone_half_angle_deg = 0.01", "preset.toml",
+       ":16:1: cone_half_angle_deg = 0.01 deg; expected 0 (points at infinity) or 0.05 .. 30"},
       {"seed = 7", "sed = 7", "preset.toml", ":3:1: unknown key \"sed\"; did you mean \"seed\"?"},
       {"preset = \"gn2006\"", "preset = \"gn2007\"", "preset.toml",
        ":1:1: preset = \"gn2007\"; expected \"gn2006\""},
@@ -90,6 +92,15 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {tiny_sets, "", sets, ":1:1: no [[set]]; expected at least one oscillation set"},
   };
   for (const Refusal& refusal : refusals) expect_refused(refusal);
+}
+
+TEST(Preset, AConeOfZeroAsksForPointsAtInfinity) {
+  const TemporaryFolder folder;
+  const Preset preset = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "cone_half_angle_deg = 5", "cone_half_angle_deg = 0")));
+  EXPECT_EQ(shard_request(preset, {.diameter_um = 3200, .oscillation = 3, .view_elevation_deg = 80})
+                .cone_half_angle_rad,
+            0);
 }
 
 TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {

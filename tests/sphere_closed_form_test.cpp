@@ -45,6 +45,28 @@ double number(const Row& row, const std::string& key) {
   return std::stod(row.at(key));
 }
 
+TEST(SphereClosedForm, IntensityAtAnAngleIsTheLimitOfNarrowingCones) {
+  // A cone of 0.5 degrees averages over I'' cone^2 / 8, below 1e-3 of I at these angles; the cone's
+  // own quadrature of 1e5 points errs by up to 2e-3 for one so small.
+  for (const double angle : {20.0, 60.0, 75.0, 110.0, 120.0, 150.0, 165.0}) {
+    for (const int max_order : {0, 1, 3}) {
+      EXPECT_NEAR(sphere_intensity(1.333, max_order, angle * degree) /
+                      sphere_intensity_in_cone(1.333, max_order, angle * degree, 0.5 * degree),
+                  1, 4e-3)
+          << angle << ", order " << max_order;
+    }
+  }
+}
+
+TEST(SphereClosedForm, IntensityOfReflectionIsAQuarterOfFresnelsShare) {
+  // A mirror sphere scatters 1 / (4 pi) of what it cuts out to every direction, here times R at
+  // incidence (pi - angle) / 2.
+  for (const double angle : {0.01, 0.7, 1.5, 3.1}) {
+    const double reflectance = sphere_throughput(1.333, 0, std::cos(angle / 2));
+    EXPECT_NEAR(sphere_intensity(1.333, 0, angle) / (reflectance / (4 * pi)), 1, 1e-9) << angle;
+  }
+}
+
 TEST(SphereClosedForm, EnergiesAreThoseOfTheTable) {
   // The table has 12 decimals; a midpoint rule of 1e5 smooth points is better than 1e-9.
   int compared = 0;

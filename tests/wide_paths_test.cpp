@@ -273,6 +273,34 @@ TEST_F(WidePaths, AnIndexOfOneLetsTheCameraLookStraightThrough) {
   }
 }
 
+TEST_F(WidePaths, AnIndexOfOneTransmitsBeyondTheOutlineAsTheScalarTracerDoes) {
+  // There reflection and refraction would be ratios of zeros, were they not told apart. Every hit
+  // keeps one reflected exit, without light.
+  Random random(6);
+  const DropInstant drop = concave_drop(0.2, 0.05);
+  const Eigen::Vector3d to_camera = random_direction(random);
+  auto hits = random_hits(drop, to_camera, random, 400);
+  std::erase_if(hits, [&](const CameraHit& hit) { return hit.normal.dot(to_camera) > 0; });
+  ASSERT_GT(hits.size(), 10u);
+  const PathOptions options = {.refractive_index = 1};
+  const auto scalar = trace_exits_of(drop, hits, to_camera, options, Isa::scalar);
+  for (const Isa isa : isas) {
+    const auto wide = trace_exits_of(drop, hits, to_camera, options, isa);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const ExitsByPath exits = exits_of(wide, i);
+      EXPECT_LE(difference(exits, exits_of(scalar, i)), 1e-12) << isa_name(isa) << ", hit " << i;
+      ASSERT_FALSE(exits.empty());
+      for (const auto& [path, exit] : exits) {
+        ASSERT_TRUE(exit.direction.allFinite() && std::isfinite(exit.throughput));
+        ASSERT_TRUE(std::isfinite(exit.power_s) && std::isfinite(exit.power_p));
+        if (exit.order == 0) {
+          EXPECT_EQ(exit.throughput, 0);
+        }
+      }
+    }
+  }
+}
+
 TEST_F(WidePaths, NoHitsGiveNoExits) {
   for (const Isa isa : isas) {
     const auto traced = trace_exits_of(concave_drop(), {}, {1, 0, 0}, {}, isa);

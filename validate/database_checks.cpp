@@ -39,8 +39,9 @@ void add_sphere_database_check(const std::string& folder, const Manifest& manife
                                Report& report) {
   const auto document = parse_json(folder + "/manifest.json", manifest.parameters);
   const JsonPlace parameters = {&document, folder + "/manifest.json", "parameters"};
-  const double cone =
-      positive_at(member(parameters, "cone_half_angle_deg")) * std::numbers::pi / 180;
+  const JsonPlace half_angle = member(parameters, "cone_half_angle_deg");
+  if (number_at(half_angle) != 0) positive_at(half_angle);
+  const double cone = number_at(half_angle) * std::numbers::pi / 180;
   const double index = positive_at(member(parameters, "refractive_index"));
   const int max_order = integer_at(member(parameters, "max_order"), 0, 20);
   const ShardRecord& record = find_shard(folder, manifest, 0, 0);
@@ -53,8 +54,9 @@ void add_sphere_database_check(const std::string& folder, const Manifest& manife
     for (const float v : shard.light[k].mean) flux += v;
     for (const float v : shard.light[k].variance) variance += v;
     const double ours = flux / (std::numbers::pi * radius_px * radius_px);
-    const double theirs =
-        sphere_intensity_in_cone(index, max_order, scattering_angle_rad(shard.lights[k]), cone);
+    const double angle = scattering_angle_rad(shard.lights[k]);
+    const double theirs = cone == 0 ? sphere_intensity(index, max_order, angle)
+                                    : sphere_intensity_in_cone(index, max_order, angle, cone);
     const double error = std::abs(std::log10(ours / theirs));
     if (error <= worst) continue;
     worst = error;

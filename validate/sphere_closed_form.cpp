@@ -23,7 +23,48 @@ double ring_share(double angle, double centre, double cone) {
   return std::acos(std::clamp(c, -1.0, 1.0)) / pi;
 }
 
+// Of a ray, not folded: 0 is forward.
+double deviation_rad(double refractive_index, int order, double incidence_rad) {
+  if (order == 0) return pi - 2 * incidence_rad;
+  const double r = std::asin(std::sin(incidence_rad) / refractive_index);
+  return 2 * incidence_rad - 2 * order * r + (order - 1) * pi;
+}
+
+// Adds the ray between two angles of incidence whose deviations lie on either side of `target`.
+double ray_intensity(double refractive_index, int order, double target, double low, double high) {
+  const bool rises = deviation_rad(refractive_index, order, high) > target;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    const bool above = deviation_rad(refractive_index, order, middle) > target;
+    (above == rises ? high : low) = middle;
+  }
+  const double b = std::sin(low), cr = std::sqrt(1 - std::pow(b / refractive_index, 2));
+  // d deviation / d i; b db = sin i cos i di.
+  const double slope = order == 0 ? 2 : 2 - 2 * order * std::cos(low) / (refractive_index * cr);
+  return sphere_throughput(refractive_index, order, b) * b * std::cos(low) / std::abs(slope);
+}
+
 }  // namespace
+
+double sphere_intensity(double refractive_index, int max_order, double angle_rad) {
+  constexpr int steps = 2000;  // no deviation turns twice within pi / 4000
+  double sum = 0;
+  for (int order = 0; order <= max_order; ++order) {
+    for (int k = 0; k < steps; ++k) {
+      const double i = pi / 2 * k / steps, j = pi / 2 * (k + 1) / steps;
+      const double from = deviation_rad(refractive_index, order, i);
+      const double to = deviation_rad(refractive_index, order, j);
+      // The angle's images: +-angle plus whole turns.
+      for (int turn = -order - 1; turn <= order + 1; ++turn) {
+        for (const double image : {2 * pi * turn + angle_rad, 2 * pi * turn - angle_rad}) {
+          if ((from < image) == (to < image)) continue;
+          sum += ray_intensity(refractive_index, order, image, i, j);
+        }
+      }
+    }
+  }
+  return sum / (pi * std::sin(angle_rad));
+}
 
 double sphere_throughput(double refractive_index, int order, double impact) {
   const double ci = std::sqrt(std::max(0.0, 1 - impact * impact));

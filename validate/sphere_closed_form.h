@@ -23,9 +23,13 @@ double sphere_energy(double refractive_index, int order);
 // Scattering angle of the rainbow of order p >= 2: cos^2 i = (n^2 - 1) / (p^2 - 1).
 double sphere_rainbow_rad(double refractive_index, int order);
 
-// (d sigma / d Omega) / (pi a^2) [1/sr], orders 0 .. max_order together, averaged over a light's
-// cone about scattering angle `centre`, per unit irradiance on a plane facing the light (radiance
-// 1/(pi sin^2 cone)). cone_half_angle_rad from 0.2 degrees to pi / 2. Integrable caustics need no
+// (d sigma / d Omega) / (pi a^2) [1/sr], orders 0 .. max_order together, at a scattering angle in
+// (0, pi): sum over the rays of throughput b / (pi sin angle |d angle / d b|). No bound toward a
+// rainbow, 0 and pi; to 1e-9 away from them.
+double sphere_intensity(double refractive_index, int max_order, double angle_rad);
+
+// The same averaged over a light's cone about scattering angle `centre`, per unit irradiance on a
+// plane facing the light (radiance 1/(pi sin^2 cone)). cone_half_angle_rad from 0.2 degrees to pi / 2. Integrable caustics need no
 // care: the integral is over b^2, where nothing is singular.
 double sphere_intensity_in_cone(double refractive_index, int max_order, double centre_rad,
                                 double cone_half_angle_rad);
