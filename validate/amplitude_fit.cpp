@@ -1,6 +1,7 @@
 #include "validate/amplitude_fit.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -25,32 +26,17 @@ constexpr double loss_width = 0.15;  // of log10: the size of the residuals of a
 using LogMaxima = std::vector<double>;
 
 struct Tracer {
-  StreakRequest request = {};
+  const AmplitudeModel& model;
   int traced = 0;
 
   LogMaxima operator()(double a20, double a31, double phi_drop_deg, std::uint64_t seed) {
-    request.drop.modes.clear();
-    if (a20 != 0) request.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
-    if (a31 != 0) request.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
-    request.drop.phi_drop_rad = phi_drop_deg * std::numbers::pi / 180;
-    request.seed = seed;
-    const TracedStreak streak = trace_streak(request);
     ++traced;
-    LogMaxima maxima;
-    for (std::size_t k = 0; k < streak.light.size(); ++k) {
-      const auto& mean = streak.light[k].mean;
-      const double brightest = *std::max_element(mean.begin(), mean.end());
-      if (!(brightest > 0)) {
-        throw std::runtime_error(fmt::format("{} of A20 = {}, A31 = {} is black; expected light",
-                                             light_name(request.lights[k]), a20, a31));
-      }
-      maxima.push_back(std::log10(brightest));
-    }
-    return maxima;
+    return model.log_maxima(a20, a31, phi_drop_deg, seed);
   }
   std::size_t light_index(const LightDirection& light) const {
-    const auto at = std::find(request.lights.begin(), request.lights.end(), light);
-    return static_cast<std::size_t>(at - request.lights.begin());
+    const auto at = std::find(model.lights.begin(), model.lights.end(), light);
+    assert(at != model.lights.end());
+    return static_cast<std::size_t>(at - model.lights.begin());
   }
 };
 
@@ -94,7 +80,7 @@ LogMaxima node_value(Tracer& tracer, Tables& tables, double a20, double a31, dou
 Tables make_tables(Tracer& tracer, const std::set<double>& directions, const AmplitudeGrid& grid,
                    const std::function<void(double)>& progress) {
   Tables tables{.grid = grid};
-  const std::size_t columns = grid.a31.size(), lights = tracer.request.lights.size();
+  const std::size_t columns = grid.a31.size(), lights = tracer.model.lights.size();
   for (const double phi : directions) {
     tables.of[phi].values.assign(lights, std::vector<double>(tables.nodes()));
   }
@@ -120,19 +106,43 @@ Tables make_tables(Tracer& tracer, const std::set<double>& directions, const Amp
 
 using Grid = ceres::Grid2D<double, 1>;
 
+// The table with a border of linear continuation: Ceres repeats the last value there, which would
+// bend the surface in its outermost cells.
+std::vector<double> with_border(const std::vector<double>& values, std::size_t rows,
+                                std::size_t columns) {
+  const auto along = [](std::size_t k, std::size_t count, auto at) {
+    if (k == 0) return 2 * at(0) - at(1);
+    if (k == count + 1) return 2 * at(count - 1) - at(count - 2);
+    return at(k - 1);
+  };
+  std::vector<double> wider;
+  for (std::size_t i = 0; i < rows + 2; ++i) {
+    for (std::size_t j = 0; j < columns + 2; ++j) {
+      wider.push_back(along(i, rows, [&](std::size_t row) {
+        return along(j, columns, [&](std::size_t c) { return values[row * columns + c]; });
+      }));
+    }
+  }
+  return wider;
+}
+
 // log10(ours / theirs) of one factor, minus the unit.
 struct TableResidual {
+  std::vector<double> table;
   Grid grid;
   ceres::BiCubicInterpolator<Grid> surface;
   double step_20 = 0, step_31 = 0, log_theirs = 0;
 
   TableResidual(const Tables& tables, const std::vector<double>& values, double theirs)
-      : grid(values.data(), 0, static_cast<int>(tables.grid.a20.size()), 0,
-             static_cast<int>(tables.grid.a31.size())),
+      : table(with_border(values, tables.grid.a20.size(), tables.grid.a31.size())),
+        grid(table.data(), -1, static_cast<int>(tables.grid.a20.size()) + 1, -1,
+             static_cast<int>(tables.grid.a31.size()) + 1),
         surface(grid),
         step_20(tables.step_20()),
         step_31(tables.step_31()),
         log_theirs(std::log10(theirs)) {}
+  TableResidual(const TableResidual&) = delete;  // the surface refers to the grid beside it
+  TableResidual& operator=(const TableResidual&) = delete;
 
   template <typename T>
   bool operator()(const T* unit, const T* a20, const T* a31, T* residual) const {
@@ -150,10 +160,11 @@ struct SetTask {
   double a20 = 0, a31 = 0;
 };
 
-std::vector<SetTask> make_tasks(const Preset& preset, const std::vector<RealFactor>& factors) {
+std::vector<SetTask> make_tasks(const std::vector<OscillationSet>& sets,
+                                const std::vector<RealFactor>& factors) {
   std::vector<SetTask> tasks;
   std::size_t fitted = 0;
-  for (const OscillationSet& set : preset.sets) {
+  for (const OscillationSet& set : sets) {
     SetTask task{.set = &set};
     for (const RealFactor& factor : factors) {
       if (factor.oscillation != set.index) continue;
@@ -164,13 +175,21 @@ std::vector<SetTask> make_tasks(const Preset& preset, const std::vector<RealFact
     fitted += task.fitted.size();
     tasks.push_back(std::move(task));
   }
-  if (fitted <= 2 * tasks.size() + 1) {
+  // With one light fewer, for the jackknife, they must still be enough.
+  if (fitted <= 3 * tasks.size() + 1) {
     throw std::runtime_error(
         fmt::format("{} factors of light elevations 10 and 90 for {} sets; "
-                    "expected more than two a set and one",
+                    "expected more than three a set and one",
                     fitted, tasks.size()));
   }
   return tasks;
+}
+
+// Of any set: the number of lights that an amplitude rests on.
+std::size_t most_factors(const std::vector<SetTask>& tasks) {
+  std::size_t most = 0;
+  for (const SetTask& task : tasks) most = std::max(most, task.fitted.size());
+  return most;
 }
 
 // The node of the grid with the smallest sum of |residuals| (robust) in that unit.
@@ -244,6 +263,7 @@ void build_joint(Joint& joint, const Tracer& tracer, const Tables& tables, doubl
 
 struct Solved {
   FitCovariance covariance = {};
+  std::vector<double> x = {};  // in the order of Joint::parameters
   int freedom = 1;
   bool converged = false;
 };
@@ -268,7 +288,51 @@ Solved solve_joint(const Tracer& tracer, const Tables& tables, double& unit,
   // What is left over is mostly the model's, not noise: it makes the intervals as wide as it says.
   solved.covariance.matrix *= 2 * half_square / solved.freedom;
   solved.converged = summary.termination_type == ceres::CONVERGENCE;
+  for (const double* parameter : joint.parameters) solved.x.push_back(*parameter);
   return solved;
+}
+
+// Variances of the parameters by the jackknife over the lights: the fit is repeated without each of
+// them, from where it stands. It sees what the covariance cannot: residuals that go together, and a
+// table that bends between the solutions.
+std::vector<double> jackknife_variances(const Tracer& tracer, const Tables& tables, double unit,
+                                        const std::vector<SetTask>& tasks, const Solved& solved) {
+  std::set<std::size_t> lights;
+  for (const SetTask& task : tasks) {
+    for (const RealFactor& factor : task.fitted) lights.insert(tracer.light_index(factor.light));
+  }
+  std::vector<double> sum(solved.x.size(), 0.0), square = sum;
+  for (const std::size_t left_out : lights) {
+    std::vector<SetTask> rest = tasks;
+    double rest_unit = unit;
+    for (SetTask& task : rest) {
+      std::erase_if(task.fitted, [&](const RealFactor& factor) {
+        return tracer.light_index(factor.light) == left_out;
+      });
+    }
+    const Solved again = solve_joint(tracer, tables, rest_unit, rest);
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      const double shift = again.x[k] - solved.x[k];
+      sum[k] += shift;
+      square[k] += shift * shift;
+    }
+  }
+  const double n = static_cast<double>(lights.size());
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    square[k] = (n - 1) / n * std::max(0.0, square[k] - sum[k] * sum[k] / n);
+  }
+  return square;
+}
+
+// The covariance's variances, or the jackknife's where they are larger; as certain as the number of
+// lights lets them be.
+void widen(Solved& solved, const std::vector<double>& variances, std::size_t lights) {
+  for (std::size_t k = 0; k < variances.size(); ++k) {
+    double& here =
+        solved.covariance.matrix(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k));
+    here = std::max(here, variances[k]);
+  }
+  solved.freedom = std::clamp(static_cast<int>(lights) - 1, 1, solved.freedom);
 }
 
 Estimate amplitude_estimate(const std::string& name, double value, double highest,
@@ -321,35 +385,55 @@ void judge(Tracer& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit)
   }
 }
 
-Tracer make_tracer(const Preset& preset, const std::vector<SetTask>& tasks) {
-  Tracer tracer{.request = shard_request(
-                    preset, {.oscillation = preset.sets.front().index, .view_elevation_deg = 0})};
-  tracer.request.lights.clear();
-  for (const SetTask& task : tasks) {
-    for (const auto* list : {&task.fitted, &task.judged}) {
-      for (const RealFactor& factor : *list) {
-        if (tracer.light_index(factor.light) < tracer.request.lights.size()) continue;
-        tracer.request.lights.push_back(factor.light);
-      }
-    }
-  }
-  return tracer;
-}
-
 }  // namespace
 
-AmplitudeFit fit_amplitudes(const Preset& preset, const std::vector<RealFactor>& factors,
+AmplitudeModel traced_model(const Preset& preset, const std::vector<RealFactor>& factors) {
+  StreakRequest request = shard_request(preset, {.oscillation = preset.sets.front().index});
+  request.lights.clear();
+  for (const RealFactor& factor : factors) {
+    const auto& lights = request.lights;
+    if (std::find(lights.begin(), lights.end(), factor.light) != lights.end()) continue;
+    request.lights.push_back(factor.light);
+  }
+  const auto log_maxima = [request](double a20, double a31, double phi_drop_deg,
+                                    std::uint64_t seed) {
+    StreakRequest trial = request;
+    trial.drop.modes.clear();
+    if (a20 != 0) trial.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
+    if (a31 != 0) trial.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
+    trial.drop.phi_drop_rad = phi_drop_deg * std::numbers::pi / 180;
+    trial.seed = seed;
+    const TracedStreak streak = trace_streak(trial);
+    LogMaxima maxima;
+    for (std::size_t k = 0; k < streak.light.size(); ++k) {
+      const auto& mean = streak.light[k].mean;
+      const double brightest = *std::max_element(mean.begin(), mean.end());
+      if (!(brightest > 0)) {
+        throw std::runtime_error(fmt::format("{} of A20 = {}, A31 = {} is black; expected light",
+                                             light_name(trial.lights[k]), a20, a31));
+      }
+      maxima.push_back(std::log10(brightest));
+    }
+    return maxima;
+  };
+  return {request.lights, log_maxima};
+}
+
+AmplitudeFit fit_amplitudes(const std::vector<OscillationSet>& sets,
+                            const std::vector<RealFactor>& factors, const AmplitudeModel& model,
                             const AmplitudeGrid& grid,
                             const std::function<void(double)>& progress) {
-  std::vector<SetTask> tasks = make_tasks(preset, factors);
-  Tracer tracer = make_tracer(preset, tasks);
+  std::vector<SetTask> tasks = make_tasks(sets, factors);
+  Tracer tracer{model};
   std::set<double> directions;
   for (const SetTask& task : tasks) directions.insert(task.set->phi_drop_deg);
   const Tables tables = make_tables(tracer, directions, grid, progress);
   AmplitudeFit fit;
   fit.log10_constant = first_unit(tracer, tables, tasks);
   for (SetTask& task : tasks) start_from_best_node(tracer, tables, fit.log10_constant, task);
-  const Solved solved = solve_joint(tracer, tables, fit.log10_constant, tasks);
+  Solved solved = solve_joint(tracer, tables, fit.log10_constant, tasks);
+  widen(solved, jackknife_variances(tracer, tables, fit.log10_constant, tasks, solved),
+        most_factors(tasks));
   fit.converged = solved.converged;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const SetTask& task = tasks[i];
