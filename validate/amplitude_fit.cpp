@@ -1,19 +1,15 @@
 #include "validate/amplitude_fit.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <map>
-#include <memory>
-#include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include <ceres/ceres.h>
-#include <ceres/cubic_interpolation.h>
 #include <fmt/format.h>
 
 #include "oscillation/mode_estimates.h"
+#include "validate/amplitude_table.h"
 
 namespace pluvia {
 
@@ -21,137 +17,6 @@ namespace {
 
 constexpr int judged_elevation_deg = 50;
 constexpr double loss_width = 0.15;  // of log10: the size of the residuals of a good set
-
-// log10 of the brightest pixel of every light.
-using LogMaxima = std::vector<double>;
-
-struct Tracer {
-  const AmplitudeModel& model;
-  int traced = 0;
-
-  LogMaxima operator()(double a20, double a31, double phi_drop_deg, std::uint64_t seed) {
-    ++traced;
-    return model.log_maxima(a20, a31, phi_drop_deg, seed);
-  }
-  std::size_t light_index(const LightDirection& light) const {
-    const auto at = std::find(model.lights.begin(), model.lights.end(), light);
-    assert(at != model.lights.end());
-    return static_cast<std::size_t>(at - model.lights.begin());
-  }
-};
-
-// For one phi_drop: values[light][a20 index * a31 count + a31 index].
-struct Table {
-  std::vector<std::vector<double>> values = {};
-};
-
-struct Tables {
-  AmplitudeGrid grid = {};
-  std::map<double, Table> of = {};  // by phi_drop_deg
-  double noise_square = 0;          // summed over entries
-  std::size_t entries = 0;
-
-  std::size_t nodes() const { return grid.a20.size() * grid.a31.size(); }
-  double step_20() const { return grid.a20[1] - grid.a20[0]; }
-  double step_31() const { return grid.a31[1] - grid.a31[0]; }
-};
-
-// The mean over the seeds; their spread goes into the tables' noise.
-LogMaxima node_value(Tracer& tracer, Tables& tables, double a20, double a31, double phi_drop_deg) {
-  std::vector<LogMaxima> samples;
-  for (int k = 0; k < tables.grid.seeds; ++k) {
-    samples.push_back(tracer(a20, a31, phi_drop_deg, 100 + static_cast<std::uint64_t>(k)));
-  }
-  LogMaxima mean(samples.front().size(), 0.0);
-  for (std::size_t light = 0; light < mean.size(); ++light) {
-    for (const LogMaxima& sample : samples) mean[light] += sample[light] / tables.grid.seeds;
-    double square = 0;
-    for (const LogMaxima& sample : samples) square += std::pow(sample[light] - mean[light], 2);
-    if (samples.size() > 1) {
-      // Of the mean of the seeds.
-      tables.noise_square += square / static_cast<double>(samples.size() * (samples.size() - 1));
-      ++tables.entries;
-    }
-  }
-  return mean;
-}
-
-// A31 = 0 has no direction: its column is traced once for all.
-Tables make_tables(Tracer& tracer, const std::set<double>& directions, const AmplitudeGrid& grid,
-                   const std::function<void(double)>& progress) {
-  Tables tables{.grid = grid};
-  const std::size_t columns = grid.a31.size(), lights = tracer.model.lights.size();
-  for (const double phi : directions) {
-    tables.of[phi].values.assign(lights, std::vector<double>(tables.nodes()));
-  }
-  const double total =
-      static_cast<double>(grid.a20.size() * ((columns - 1) * directions.size() + 1));
-  int done = 0;
-  const auto put = [&](double phi, std::size_t node, const LogMaxima& maxima) {
-    for (std::size_t k = 0; k < lights; ++k) tables.of[phi].values[k][node] = maxima[k];
-  };
-  for (std::size_t i = 0; i < grid.a20.size(); ++i) {
-    const LogMaxima level = node_value(tracer, tables, grid.a20[i], 0, 0);
-    if (progress) progress(++done / total);
-    for (const double phi : directions) {
-      put(phi, i * columns, level);
-      for (std::size_t j = 1; j < columns; ++j) {
-        put(phi, i * columns + j, node_value(tracer, tables, grid.a20[i], grid.a31[j], phi));
-        if (progress) progress(++done / total);
-      }
-    }
-  }
-  return tables;
-}
-
-using Grid = ceres::Grid2D<double, 1>;
-
-// The table with a border of linear continuation: Ceres repeats the last value there, which would
-// bend the surface in its outermost cells.
-std::vector<double> with_border(const std::vector<double>& values, std::size_t rows,
-                                std::size_t columns) {
-  const auto along = [](std::size_t k, std::size_t count, auto at) {
-    if (k == 0) return 2 * at(0) - at(1);
-    if (k == count + 1) return 2 * at(count - 1) - at(count - 2);
-    return at(k - 1);
-  };
-  std::vector<double> wider;
-  for (std::size_t i = 0; i < rows + 2; ++i) {
-    for (std::size_t j = 0; j < columns + 2; ++j) {
-      wider.push_back(along(i, rows, [&](std::size_t row) {
-        return along(j, columns, [&](std::size_t c) { return values[row * columns + c]; });
-      }));
-    }
-  }
-  return wider;
-}
-
-// log10(ours / theirs) of one factor, minus the unit.
-struct TableResidual {
-  std::vector<double> table;
-  Grid grid;
-  ceres::BiCubicInterpolator<Grid> surface;
-  double step_20 = 0, step_31 = 0, log_theirs = 0;
-
-  TableResidual(const Tables& tables, const std::vector<double>& values, double theirs)
-      : table(with_border(values, tables.grid.a20.size(), tables.grid.a31.size())),
-        grid(table.data(), -1, static_cast<int>(tables.grid.a20.size()) + 1, -1,
-             static_cast<int>(tables.grid.a31.size()) + 1),
-        surface(grid),
-        step_20(tables.step_20()),
-        step_31(tables.step_31()),
-        log_theirs(std::log10(theirs)) {}
-  TableResidual(const TableResidual&) = delete;  // the surface refers to the grid beside it
-  TableResidual& operator=(const TableResidual&) = delete;
-
-  template <typename T>
-  bool operator()(const T* unit, const T* a20, const T* a31, T* residual) const {
-    T ours;
-    surface.Evaluate(a20[0] / step_20, a31[0] / step_31, &ours);
-    residual[0] = ours - log_theirs - unit[0];
-    return true;
-  }
-};
 
 // Of one set: its factors, and what is fitted.
 struct SetTask {
@@ -193,8 +58,9 @@ std::size_t most_factors(const std::vector<SetTask>& tasks) {
 }
 
 // The node of the grid with the smallest sum of |residuals| (robust) in that unit.
-void start_from_best_node(const Tracer& tracer, const Tables& tables, double unit, SetTask& task) {
-  const Table& table = tables.of.at(task.set->phi_drop_deg);
+void start_from_best_node(const CountedModel& tracer, const AmplitudeTables& tables, double unit,
+                          SetTask& task) {
+  const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
   const std::size_t columns = tables.grid.a31.size();
   double least = -1;
   for (std::size_t node = 0; node < tables.nodes(); ++node) {
@@ -212,7 +78,8 @@ void start_from_best_node(const Tracer& tracer, const Tables& tables, double uni
 
 // Median of ours / theirs over all sets, each at the amplitudes of the preset nearest to a node:
 // where the search for starts begins.
-double first_unit(const Tracer& tracer, const Tables& tables, const std::vector<SetTask>& tasks) {
+double first_unit(const CountedModel& tracer, const AmplitudeTables& tables,
+                  const std::vector<SetTask>& tasks) {
   std::vector<double> ratios;
   const auto nearest = [](const std::vector<double>& grid, double value) {
     const auto at = std::min_element(grid.begin(), grid.end(), [&](double a, double b) {
@@ -223,7 +90,7 @@ double first_unit(const Tracer& tracer, const Tables& tables, const std::vector<
   for (const SetTask& task : tasks) {
     const std::size_t node = nearest(tables.grid.a20, task.set->a20) * tables.grid.a31.size() +
                              nearest(tables.grid.a31, task.set->a31);
-    const Table& table = tables.of.at(task.set->phi_drop_deg);
+    const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
     for (const RealFactor& factor : task.fitted) {
       ratios.push_back(table.values[tracer.light_index(factor.light)][node] -
                        std::log10(factor.factor));
@@ -240,11 +107,11 @@ struct Joint {
   std::size_t residuals = 0;
 };
 
-void build_joint(Joint& joint, const Tracer& tracer, const Tables& tables, double& unit,
-                 std::vector<SetTask>& tasks) {
+void build_joint(Joint& joint, const CountedModel& tracer, const AmplitudeTables& tables,
+                 double& unit, std::vector<SetTask>& tasks) {
   joint.parameters = {&unit};
   for (SetTask& task : tasks) {
-    const Table& table = tables.of.at(task.set->phi_drop_deg);
+    const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
     for (const RealFactor& factor : task.fitted) {
       const auto& values = table.values[tracer.light_index(factor.light)];
       auto* cost = new ceres::AutoDiffCostFunction<TableResidual, 1, 1, 1, 1>(
@@ -268,7 +135,7 @@ struct Solved {
   bool converged = false;
 };
 
-Solved solve_joint(const Tracer& tracer, const Tables& tables, double& unit,
+Solved solve_joint(const CountedModel& tracer, const AmplitudeTables& tables, double& unit,
                    std::vector<SetTask>& tasks) {
   Joint joint;
   build_joint(joint, tracer, tables, unit, tasks);
@@ -295,8 +162,9 @@ Solved solve_joint(const Tracer& tracer, const Tables& tables, double& unit,
 // Variances of the parameters by the jackknife over the lights: the fit is repeated without each of
 // them, from where it stands. It sees what the covariance cannot: residuals that go together, and a
 // table that bends between the solutions.
-std::vector<double> jackknife_variances(const Tracer& tracer, const Tables& tables, double unit,
-                                        const std::vector<SetTask>& tasks, const Solved& solved) {
+std::vector<double> jackknife_variances(const CountedModel& tracer, const AmplitudeTables& tables,
+                                        double unit, const std::vector<SetTask>& tasks,
+                                        const Solved& solved) {
   std::set<std::size_t> lights;
   for (const SetTask& task : tasks) {
     for (const RealFactor& factor : task.fitted) lights.insert(tracer.light_index(factor.light));
@@ -353,7 +221,7 @@ double rms(const std::vector<double>& values) {
 }
 
 // log10(ours / theirs) of those factors.
-std::vector<double> ratios(const Tracer& tracer, const LogMaxima& ours,
+std::vector<double> ratios(const CountedModel& tracer, const LogMaxima& ours,
                            const std::vector<RealFactor>& factors, double unit) {
   std::vector<double> values;
   for (const RealFactor& factor : factors) {
@@ -363,7 +231,7 @@ std::vector<double> ratios(const Tracer& tracer, const LogMaxima& ours,
 }
 
 // The sets as fitted and as the preset has them, traced with a seed that no table has seen.
-void judge(Tracer& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit) {
+void judge(CountedModel& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit) {
   constexpr std::uint64_t fresh_seed = 9001;
   std::vector<LogMaxima> before;
   double sum = 0;
@@ -387,47 +255,15 @@ void judge(Tracer& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit)
 
 }  // namespace
 
-AmplitudeModel traced_model(const Preset& preset, const std::vector<RealFactor>& factors) {
-  StreakRequest request = shard_request(preset, {.oscillation = preset.sets.front().index});
-  request.lights.clear();
-  for (const RealFactor& factor : factors) {
-    const auto& lights = request.lights;
-    if (std::find(lights.begin(), lights.end(), factor.light) != lights.end()) continue;
-    request.lights.push_back(factor.light);
-  }
-  const auto log_maxima = [request](double a20, double a31, double phi_drop_deg,
-                                    std::uint64_t seed) {
-    StreakRequest trial = request;
-    trial.drop.modes.clear();
-    if (a20 != 0) trial.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
-    if (a31 != 0) trial.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
-    trial.drop.phi_drop_rad = phi_drop_deg * std::numbers::pi / 180;
-    trial.seed = seed;
-    const TracedStreak streak = trace_streak(trial);
-    LogMaxima maxima;
-    for (std::size_t k = 0; k < streak.light.size(); ++k) {
-      const auto& mean = streak.light[k].mean;
-      const double brightest = *std::max_element(mean.begin(), mean.end());
-      if (!(brightest > 0)) {
-        throw std::runtime_error(fmt::format("{} of A20 = {}, A31 = {} is black; expected light",
-                                             light_name(trial.lights[k]), a20, a31));
-      }
-      maxima.push_back(std::log10(brightest));
-    }
-    return maxima;
-  };
-  return {request.lights, log_maxima};
-}
-
 AmplitudeFit fit_amplitudes(const std::vector<OscillationSet>& sets,
                             const std::vector<RealFactor>& factors, const AmplitudeModel& model,
                             const AmplitudeGrid& grid,
                             const std::function<void(double)>& progress) {
   std::vector<SetTask> tasks = make_tasks(sets, factors);
-  Tracer tracer{model};
+  CountedModel tracer{model};
   std::set<double> directions;
   for (const SetTask& task : tasks) directions.insert(task.set->phi_drop_deg);
-  const Tables tables = make_tables(tracer, directions, grid, progress);
+  const AmplitudeTables tables = make_amplitude_tables(tracer, directions, grid, progress);
   AmplitudeFit fit;
   fit.log10_constant = first_unit(tracer, tables, tasks);
   for (SetTask& task : tasks) start_from_best_node(tracer, tables, fit.log10_constant, task);
