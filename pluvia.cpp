@@ -11,15 +11,19 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <CLI/CLI.hpp>
 
 #include "atlas/atomic_file.h"
+#include "atlas/export_gn2006.h"
 #include "atlas/image_io.h"
+#include "atlas/merge_databases.h"
 #include "oscillation/equilibrium.h"
 #include "raytrace/generate.h"
+#include "raytrace/import_database.h"
 #include "raytrace/scene_subset.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
@@ -63,6 +67,7 @@ struct GenerateFlags {
   std::vector<double> diameters_mm = {};
   std::optional<double> cone_half_angle_deg = {};
   int threads = 0;
+  pluvia::ShardShare share = {};
 };
 
 void refuse_missing_set(const pluvia::Preset& preset, int oscillation) {
@@ -134,7 +139,7 @@ void generate(const GenerateFlags& flags) {
   refuse_views_below(preset);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
   if (!flags.scene.empty()) preset = choose_for_scene(preset, flags.scene);
-  const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine());
+  const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine(), flags.share);
   fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
              summary.cpu_s, summary.found);
 }
@@ -148,6 +153,49 @@ void pack(const PackFlags& flags) {
   const auto diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm));
   pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database, {diameter_um, flags.band}));
   fmt::print("{}: packed from {}\n", flags.out, flags.database);
+}
+
+struct MergeFlags {
+  std::vector<std::string> databases = {};
+  std::string out = {};
+  bool partial = false;
+};
+
+void merge(const MergeFlags& flags) {
+  const auto summary = pluvia::merge_databases(flags.databases, flags.out, flags.partial);
+  fmt::print("{}: {} shards merged, {} missing\n", flags.out, summary.shards, summary.missing);
+}
+
+struct ExportFlags {
+  std::string database = {}, out = {}, level = "transit", normalise = "shared", band = {};
+  double diameter_mm = 0;
+};
+
+pluvia::StreakLevel level_of(const std::string& name) {
+  return name == "transit" ? pluvia::StreakLevel::transit : pluvia::StreakLevel::exposure;
+}
+
+void export_layout(const ExportFlags& flags) {
+  const auto normalise =
+      flags.normalise == "shared" ? pluvia::Normalise::shared : pluvia::Normalise::each;
+  const auto summary =
+      pluvia::export_gn2006(flags.database, flags.out,
+                            {.level = level_of(flags.level),
+                             .normalise = normalise,
+                             .diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm)),
+                             .band = flags.band});
+  fmt::print("{}: {} pictures in the layout of 2006, {} shards left out\n", flags.out,
+             summary.pictures, summary.shards_left_out);
+}
+
+struct ImportFlags {
+  std::string layout = {}, out = {}, preset = {}, level = "transit";
+};
+
+void import_layout(const ImportFlags& flags) {
+  const pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const int shards = pluvia::import_gn2006(flags.layout, flags.out, preset, level_of(flags.level));
+  fmt::print("{}: {} shards imported from {}\n", flags.out, shards, flags.layout);
 }
 
 struct RenderFlags {
@@ -345,6 +393,18 @@ CLI::Validator finite_range(double low, double high) {
   return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
 }
 
+// "i/n", 1 <= i <= n.
+pluvia::ShardShare share_from(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  pluvia::ShardShare share;
+  const bool whole = slash != std::string::npos &&
+                     text.find_first_not_of("0123456789/") == std::string::npos &&
+                     CLI::detail::lexical_cast(text.substr(0, slash), share.index) &&
+                     CLI::detail::lexical_cast(text.substr(slash + 1), share.count);
+  if (whole && share.index >= 1 && share.index <= share.count) return share;
+  throw CLI::ValidationError("--shard", fmt::format("{}; expected i/n with 1 <= i <= n", text));
+}
+
 CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
   CLI::App* command = app.add_subcommand("generate", "trace a streak database from a preset");
   command->add_option("preset", flags.preset, "preset, TOML")->required();
@@ -365,6 +425,9 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->check(finite_range(0.05, 30));
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->add_option("--for", flags.scene, "scene, TOML: trace only what it can ask for");
+  command->add_option_function<std::string>(
+      "--shard", [&flags](const std::string& text) { flags.share = share_from(text); },
+      "i/n: the share of worker i of n, each with an --out of its own; then pluvia merge");
   command->footer("example: pluvia generate data/presets/preview.toml --views 0 --out db");
   return command;
 }
@@ -377,6 +440,55 @@ CLI::App* add_pack(CLI::App& app, PackFlags& flags) {
       ->check(finite_range(0.001, 20));
   command->add_option("--band", flags.band, "where there are several; R, G, B without: luminance");
   command->footer("example: pluvia pack db --out atlas");
+  return command;
+}
+
+CLI::App* add_merge(CLI::App& app, MergeFlags& flags) {
+  CLI::App* command = app.add_subcommand("merge", "make one database of those of several workers");
+  command->add_option("databases", flags.databases, "folders of the databases")->required();
+  command->add_option("--out", flags.out, "folder of the database, not there yet")->required();
+  command->add_flag("--partial", flags.partial, "also when planned shards are missing");
+  command->footer("example: pluvia merge db1 db2 db3 --out db");
+  return command;
+}
+
+// For both directions of the layout.
+void add_level(CLI::App& command, std::string& level) {
+  command
+      .add_option("--level", level, "brightness: while the drop is there, or mean of the exposure")
+      ->check(CLI::IsMember({"transit", "exposure"}))
+      ->capture_default_str();
+}
+
+CLI::App* add_export(CLI::App& app, ExportFlags& flags) {
+  CLI::App* command = app.add_subcommand("export", "write a database in the layout of 2006");
+  command->add_option("database", flags.database, "folder of the database")->required();
+  command->add_option("--layout", "gn2006, the one known")
+      ->required()
+      ->check(CLI::IsMember({"gn2006"}));
+  command->add_option("--out", flags.out, "folder of the pictures, not there yet")->required();
+  add_level(*command, flags.level);
+  command
+      ->add_option("--normalise", flags.normalise,
+                   "one factor for all sizes, or a maximum of 65535 in each picture")
+      ->check(CLI::IsMember({"shared", "each"}))
+      ->capture_default_str();
+  command->add_option("--diameter-mm", flags.diameter_mm, "which of several sizes")
+      ->check(finite_range(0.001, 20));
+  command->add_option("--band", flags.band, "which of several bands; luminance of R, G, B without");
+  command->footer("example: pluvia export db --layout gn2006 --out rainstreakdb");
+  return command;
+}
+
+CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
+  CLI::App* command = app.add_subcommand("import", "make a database of pictures in that layout");
+  flags.preset = std::string(PLUVIA_DATA_DIR) + "/presets/gn2006.toml";
+  command->add_option("layout", flags.layout, "folder of the pictures")->required();
+  command->add_option("--out", flags.out, "folder of the database, not there yet")->required();
+  command->add_option("--preset", flags.preset, "whose drops and fall the pictures show")
+      ->capture_default_str();
+  add_level(*command, flags.level);
+  command->footer("example: pluvia import rainstreakdb --out db");
   return command;
 }
 
@@ -525,11 +637,17 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   GenerateFlags generate_flags;
   PackFlags pack_flags;
+  MergeFlags merge_flags;
+  ExportFlags export_flags;
+  ImportFlags import_flags;
   RenderFlags render_flags;
   ValidateFlags validate_flags;
   FitFlags fit_flags;
   CLI::App* const generate_command = add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
+  CLI::App* const merge_command = add_merge(app, merge_flags);
+  CLI::App* const export_command = add_export(app, export_flags);
+  CLI::App* const import_command = add_import(app, import_flags);
   CLI::App* const render_command = add_render(app, render_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = add_fit(app, fit_flags);
@@ -546,6 +664,9 @@ int main(int argc, char** argv) {
   try {
     if (*generate_command) generate(generate_flags);
     if (*pack_command) pack(pack_flags);
+    if (*merge_command) merge(merge_flags);
+    if (*export_command) export_layout(export_flags);
+    if (*import_command) import_layout(import_flags);
     if (*render_command) render(render_flags);
     if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};

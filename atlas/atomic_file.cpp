@@ -92,11 +92,12 @@ int write_and_sync(int descriptor, std::string_view bytes) {
   return fsync(descriptor) == 0 ? 0 : errno;
 }
 
-int write_temporary(const std::string& temporary, std::string_view bytes) {
+int write_with(int (*write_bytes)(int, std::string_view), const std::string& file,
+               std::string_view bytes) {
   const FileSizeSignalBlock block;
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) return errno;
-  const int error = write_and_sync(descriptor, bytes);
+  const int error = write_bytes(descriptor, bytes);
   if (close(descriptor) != 0 && error == 0) return errno;
   return error;
 }
@@ -137,7 +138,7 @@ void write_file_atomically(const std::string& file, std::string_view bytes) {
   }
   const std::string temporary = file + ".tmp";
   pass_write_point();
-  int error = write_temporary(temporary, bytes);
+  int error = write_with(write_and_sync, temporary, bytes);
   if (error == 0) {
     pass_write_point();
     if (rename(temporary.c_str(), file.c_str()) != 0) error = errno;
@@ -149,6 +150,12 @@ void write_file_atomically(const std::string& file, std::string_view bytes) {
   pass_write_point();
   if (const int sync_error = sync_folder(file)) {
     throw_write_error(file, reason(sync_error), bytes.size());
+  }
+}
+
+void write_file_plainly(const std::string& file, std::string_view bytes) {
+  if (const int error = write_with(write_all, file, bytes)) {
+    throw_write_error(file, reason(error), bytes.size());
   }
 }
 

@@ -13,6 +13,10 @@ namespace pluvia {
 // parent missing or not a directory); the .tmp file is then removed.
 void write_file_atomically(const std::string& file, std::string_view bytes);
 
+// Neither atomic nor synced: for the files inside a folder that is (atlas/atomic_folder.h). Throws
+// as above.
+void write_file_plainly(const std::string& file, std::string_view bytes);
+
 // The whole file. Throws std::runtime_error "FILE: cannot read: REASON; expected a readable file".
 std::string read_file(const std::string& file);
 

@@ -15,15 +15,12 @@
 namespace pluvia {
 namespace {
 
+constexpr const char* generate_again = "run `pluvia generate` again";
 constexpr int highest_size_px =
     1 << 20;  // beyond any picture; keeps products of two within 64 bits
 
 std::string manifest_file(const std::string& folder) {
   return (std::filesystem::path(folder) / "manifest.json").string();
-}
-
-auto order_of(const ShardKey& key) {
-  return std::tuple(key.diameter_um, key.oscillation, key.view_elevation_deg);
 }
 
 nlohmann::ordered_json json_of(const ShardRecord& record) {
@@ -77,6 +74,16 @@ nlohmann::ordered_json json_of(const SizeRecord& size) {
           {"pixel_m", size.pixel_m}};
 }
 
+nlohmann::ordered_json json_of(const std::vector<Band>& bands) {
+  auto array = nlohmann::ordered_json::array();
+  for (const Band& band : bands) {
+    array.push_back({{"name", band.name},
+                     {"wavelength_nm", band.wavelength_nm},
+                     {"refractive_index", band.refractive_index}});
+  }
+  return array;
+}
+
 void read_sizes(const JsonPlace& sizes, Manifest& manifest) {
   for (const JsonPlace& place : elements(sizes)) {
     const int lowest = manifest.sizes.empty() ? 1 : manifest.sizes.back().diameter_um + 1;
@@ -125,12 +132,7 @@ void put_sizes(const Manifest& manifest, nlohmann::ordered_json& document) {
     return;
   }
   document["exposure_s"] = manifest.exposure_s;
-  document["bands"] = nlohmann::ordered_json::array();
-  for (const Band& band : manifest.bands) {
-    document["bands"].push_back({{"name", band.name},
-                                 {"wavelength_nm", band.wavelength_nm},
-                                 {"refractive_index", band.refractive_index}});
-  }
+  document["bands"] = json_of(manifest.bands);
   document["sizes"] = nlohmann::ordered_json::array();
   for (const SizeRecord& size : manifest.sizes) document["sizes"].push_back(json_of(size));
 }
@@ -155,6 +157,13 @@ Manifest manifest_at(const JsonPlace& document) {
   manifest.seed = seed.value->get<unsigned long long>();
   manifest.instruction_set = text_at(member(document, "instruction_set"));
   read_all_sizes(document, manifest);
+  if (document.value->contains("planned")) {
+    for (const JsonPlace& place : elements(member(document, "planned"))) {
+      if (!manifest.planned.insert(text_at(place)).second) {
+        throw_at(place, text_at(place) + " again; expected each shard once");
+      }
+    }
+  }
   for (const JsonPlace& place : elements(member(document, "shards"))) {
     manifest.shards.push_back(record_at(place));
     const std::size_t count = manifest.shards.size();
@@ -162,8 +171,7 @@ Manifest manifest_at(const JsonPlace& document) {
       throw_at(member(place, "diameter_um"), fmt::format("{}; expected one of the sizes",
                                                          manifest.shards.back().key.diameter_um));
     }
-    if (count > 1 &&
-        order_of(manifest.shards[count - 2].key) >= order_of(manifest.shards.back().key)) {
+    if (count > 1 && !comes_before(manifest.shards[count - 2].key, manifest.shards.back().key)) {
       throw_at(place, shard_name(manifest.shards.back().key) + " after " +
                           shard_name(manifest.shards[count - 2].key) +
                           "; expected ascending diameter, oscillation, view, each once");
@@ -173,6 +181,13 @@ Manifest manifest_at(const JsonPlace& document) {
 }
 
 }  // namespace
+
+bool comes_before(const ShardKey& a, const ShardKey& b) {
+  const auto order = [](const ShardKey& key) {
+    return std::tuple(key.diameter_um, key.oscillation, key.view_elevation_deg);
+  };
+  return order(a) < order(b);
+}
 
 SizeRecord size_of(const Manifest& manifest, int diameter_um) {
   if (manifest.sizes.empty()) {
@@ -198,6 +213,7 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
       {"seed", manifest.seed},
       {"instruction_set", manifest.instruction_set}};
   put_sizes(manifest, document);
+  if (!manifest.planned.empty()) document["planned"] = manifest.planned;
   document["shards"] = nlohmann::ordered_json::array();
   for (const ShardRecord& record : manifest.shards) document["shards"].push_back(json_of(record));
   const std::string text = document.dump(2) + "\n";
@@ -213,11 +229,74 @@ Manifest read_manifest(const std::string& folder) {
   return manifest_at({.value = &document, .file = file});
 }
 
+std::optional<ManifestDifference> first_difference(const Manifest& found,
+                                                   const Manifest& expected) {
+  const auto theirs = nlohmann::json::parse(found.parameters);
+  const auto ours = nlohmann::json::parse(expected.parameters);
+  const auto text = [](const nlohmann::json& object, const std::string& key) {
+    return object.contains(key) ? object[key].dump() : "absent";
+  };
+  std::vector<ManifestDifference> pairs = {{"preset", found.preset, expected.preset}};
+  for (const auto& item : ours.items()) {
+    pairs.push_back({item.key(), text(theirs, item.key()), item.value().dump()});
+  }
+  for (const auto& item : theirs.items()) {
+    pairs.push_back({item.key(), item.value().dump(), text(ours, item.key())});
+  }
+  pairs.push_back({"seed", std::to_string(found.seed), std::to_string(expected.seed)});
+  pairs.push_back({"instruction_set", found.instruction_set, expected.instruction_set});
+  const auto add = [&](const char* name, double a, double b) {
+    pairs.push_back({name, fmt::to_string(a), fmt::to_string(b)});
+  };
+  add("mean_radius_m", found.mean_radius_m, expected.mean_radius_m);
+  add("exposure_s", found.exposure_s, expected.exposure_s);
+  add("fall_speed_m_s", found.fall_speed_m_s, expected.fall_speed_m_s);
+  add("pixel_m", found.pixel_m, expected.pixel_m);
+  pairs.push_back({"bands", json_of(found.bands).dump(), json_of(expected.bands).dump()});
+  for (const SizeRecord& size : found.sizes) {
+    if (!has_size(expected, size.diameter_um)) continue;
+    pairs.push_back(
+        {"size", json_of(size).dump(), json_of(size_of(expected, size.diameter_um)).dump()});
+  }
+  for (const ManifestDifference& pair : pairs) {
+    if (pair.found != pair.expected) return pair;
+  }
+  return std::nullopt;
+}
+
 bool shard_is_whole(const std::string& folder, const ShardRecord& record) {
   const std::filesystem::path file = std::filesystem::path(folder) / record.file;
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return false;
   return sha256(read_file(file.string())) == record.sha256;
+}
+
+std::string whole_shard_bytes(const std::string& folder, const ShardRecord& record) {
+  const std::string file = (std::filesystem::path(folder) / record.file).string();
+  if (!std::filesystem::exists(file)) {
+    throw std::runtime_error(fmt::format(
+        "{}: missing; expected the shard that the manifest lists. {}", file, generate_again));
+  }
+  std::string bytes = read_file(file);
+  if (sha256(bytes) != record.sha256) {
+    throw std::runtime_error(fmt::format("{}: SHA-256 is not the manifest's; expected {}. {}", file,
+                                         record.sha256, generate_again));
+  }
+  return bytes;
+}
+
+Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
+  whole_shard_bytes(folder, record);
+  const std::string file = (std::filesystem::path(folder) / record.file).string();
+  Shard shard = read_shard(file);
+  if (shard.key != record.key || shard.width_px != record.width_px ||
+      shard.height_px != record.height_px) {
+    throw std::runtime_error(fmt::format("{}: {} of {} x {} pixels; expected {} of {} x {}", file,
+                                         shard_name(shard.key), shard.width_px, shard.height_px,
+                                         shard_name(record.key), record.width_px,
+                                         record.height_px));
+  }
+  return shard;
 }
 
 }  // namespace pluvia

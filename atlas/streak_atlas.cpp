@@ -111,27 +111,6 @@ void check_record(const StreakAtlas& atlas, const AtlasView& view, const Grid& g
       view.path_top_row, view.path_bottom_row));
 }
 
-Shard read_whole_shard(const std::string& folder, const ShardRecord& record) {
-  const std::string file = (std::filesystem::path(folder) / record.file).string();
-  if (!std::filesystem::exists(file)) {
-    throw std::runtime_error(fmt::format(
-        "{}: missing; expected the shard that the manifest lists. {}", file, generate_again));
-  }
-  if (!shard_is_whole(folder, record)) {
-    throw std::runtime_error(fmt::format("{}: SHA-256 is not the manifest's; expected {}. {}", file,
-                                         record.sha256, generate_again));
-  }
-  Shard shard = read_shard(file);
-  if (shard.key != record.key || shard.width_px != record.width_px ||
-      shard.height_px != record.height_px) {
-    throw std::runtime_error(fmt::format("{}: {} of {} x {} pixels; expected {} of {} x {}", file,
-                                         shard_name(shard.key), shard.width_px, shard.height_px,
-                                         shard_name(record.key), record.width_px,
-                                         record.height_px));
-  }
-  return shard;
-}
-
 // The weight of each band in the one picture that is packed.
 std::vector<double> band_weights(const std::string& file, const std::string& wanted,
                                  const std::vector<std::string>& bands) {
@@ -159,14 +138,6 @@ void mix_bands(const std::vector<double>& weights, std::vector<float>& values) {
     values[i] = static_cast<float>(sum);
   }
   values.resize(count);
-}
-
-// Means only: an atlas has no variances.
-void keep_one_band(const std::string& file, const std::string& wanted, Shard& shard) {
-  const std::vector<double> weights = band_weights(file, wanted, shard.bands);
-  if (shard.bands.size() == 1) return;
-  for (StreakImage& image : shard.light) mix_bands(weights, image.mean);
-  mix_bands(weights, shard.env.mean);
 }
 
 // Lights and the presence of an environment are those of the first shard; the others must agree.
@@ -228,6 +199,13 @@ void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shar
 }
 
 }  // namespace
+
+void keep_one_band(const std::string& file, const std::string& wanted, Shard& shard) {
+  const std::vector<double> weights = band_weights(file, wanted, shard.bands);
+  if (shard.bands.size() == 1) return;
+  for (StreakImage& image : shard.light) mix_bands(weights, image.mean);
+  mix_bands(weights, shard.env.mean);
+}
 
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
   assert(view >= 0 && view < static_cast<int>(atlas.views.size()) && column >= 0);

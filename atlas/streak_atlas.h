@@ -63,6 +63,10 @@ struct PackOptions {
   std::string band = {};  // a name; empty: the only one, or luminance (Rec.709) of bands R, G, B
 };
 
+// Makes the shard's pictures those of that band, or luminance, as above; means only, variances stay
+// as they were. Throws std::runtime_error naming `file`.
+void keep_one_band(const std::string& file, const std::string& wanted, Shard& shard);
+
 // Reads every shard of the diameter (hashes verified; every oscillation has the same views and
 // lights, or std::runtime_error names the missing shard). The atlas's exposure is the time that the
 // pictures cover. Throws std::runtime_error also for several diameters or bands where none is

@@ -17,6 +17,8 @@
 // that mean (unit squared). Row 0 is the top: the drop enters there at shutter-open.
 #pragma once
 
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -117,8 +119,13 @@ struct Manifest {
   double pixel_m = 0;                  // side of a pixel in the plane facing the camera
   std::vector<SizeRecord> sizes = {};  // ascending diameter; empty: one size, the four values above
   std::vector<Band> bands = {};        // ascending name; empty: the one band Y
+  // Names of all shards that were asked for, whoever traces them; empty: those below are all.
+  std::set<std::string> planned = {};
   std::vector<ShardRecord> shards = {};  // sorted by key: diameter, oscillation, view elevation
 };
+
+// The order of Manifest::shards.
+bool comes_before(const ShardKey& a, const ShardKey& b);
 
 // The size of that diameter: of the list, or where there is none, of the manifest's own values with
 // the exposure as span. Throws std::invalid_argument where the list has no such diameter.
@@ -129,7 +136,22 @@ void write_manifest(const std::string& folder, const Manifest& manifest);
 // Throws std::runtime_error "DIR/manifest.json: KEY: found; expected", also for another version.
 Manifest read_manifest(const std::string& folder);
 
+struct ManifestDifference {
+  std::string what = {}, found = {}, expected = {};
+};
+
+// The first way in which the shards of two manifests were made differently: preset, parameters,
+// seed, instruction set, geometry. Which shards they hold or plan does not count.
+std::optional<ManifestDifference> first_difference(const Manifest& found, const Manifest& expected);
+
 // True when the shard's file exists and its bytes hash to the record's SHA-256.
 bool shard_is_whole(const std::string& folder, const ShardRecord& record);
+
+// The bytes of the record's file. Throws std::runtime_error where it is missing or its hash is
+// another.
+std::string whole_shard_bytes(const std::string& folder, const ShardRecord& record);
+
+// The record's shard. Throws as above, and where its size is another or read_shard refuses it.
+Shard read_whole_shard(const std::string& folder, const ShardRecord& record);
 
 }  // namespace pluvia

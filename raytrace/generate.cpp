@@ -1,7 +1,6 @@
 #include "raytrace/generate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -9,10 +8,9 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "atlas/atomic_file.h"
-#include "atlas/json_place.h"
+#include "atlas/shard_costs.h"
 
 namespace pluvia {
 
@@ -24,14 +22,6 @@ double process_cpu_s() {
   timespec now = {};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// Sort order of the manifest.
-bool before(const ShardRecord& a, const ShardRecord& b) {
-  const auto key = [](const ShardRecord& r) {
-    return std::array{r.key.diameter_um, r.key.oscillation, r.key.view_elevation_deg};
-  };
-  return key(a) < key(b);
 }
 
 // A database may grow: the sizes of earlier runs stay.
@@ -76,65 +66,32 @@ void refuse_stray_shards(const std::string& folder) {
 }
 
 void refuse_other_database(const std::string& folder, const Manifest& there, const Manifest& here) {
-  const auto differs = [&](const std::string& what, const std::string& found,
-                           const std::string& expected) {
-    if (found == expected) return;
-    throw std::runtime_error(fmt::format(
-        "{}/manifest.json: {} {}; expected {} as in the preset, or another --out folder", folder,
-        what, found, expected));
-  };
-  differs("preset", there.preset, here.preset);
-  const auto found = nlohmann::json::parse(there.parameters);
-  const auto expected = nlohmann::json::parse(here.parameters);
-  const auto text = [](const nlohmann::json& object, const std::string& key) {
-    return object.contains(key) ? object[key].dump() : "absent";
-  };
-  for (const auto& item : expected.items()) {
-    differs(item.key(), text(found, item.key()), item.value().dump());
-  }
-  for (const auto& item : found.items()) {
-    differs(item.key(), item.value().dump(), text(expected, item.key()));
-  }
-  differs("seed", std::to_string(there.seed), std::to_string(here.seed));
-  differs("instruction_set", there.instruction_set, here.instruction_set);
+  const auto difference = first_difference(there, here);
+  if (!difference) return;
+  throw std::runtime_error(
+      fmt::format("{}/manifest.json: {} {}; expected {} as in the preset, or another --out folder",
+                  folder, difference->what, difference->found, difference->expected));
 }
 
 // The folder's own manifest where there is one, an empty one else.
-Manifest open_database(const Preset& preset, const std::string& folder) {
-  const Manifest fresh = empty_manifest(preset);
+Manifest open_database(const Preset& preset, const std::string& folder,
+                       const std::vector<ShardKey>& keys) {
+  Manifest fresh = empty_manifest(preset);
+  for (const ShardKey& key : keys) fresh.planned.insert(shard_name(key));
   if (fs::exists(folder + "/manifest.json")) {
     Manifest manifest = read_manifest(folder);
     refuse_other_database(folder, manifest, fresh);
     if (preset.physical) add_sizes(manifest, preset);
     make_folder(folder + "/shards");
+    const std::size_t planned = manifest.planned.size();
+    manifest.planned.insert(fresh.planned.begin(), fresh.planned.end());
+    if (manifest.planned.size() > planned) write_manifest(folder, manifest);
     return manifest;
   }
   make_folder(folder + "/shards");
   refuse_stray_shards(folder);
   write_manifest(folder, fresh);
   return fresh;
-}
-
-ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha) {
-  ShardRecord record;
-  record.key = shard.key;
-  record.file = "shards/" + shard_name(shard.key) + ".exr";
-  record.sha256 = sha;
-  record.width_px = shard.width_px;
-  record.height_px = shard.height_px;
-  record.path_top_row = frame.path_top_row;
-  record.path_bottom_row = frame.path_top_row + frame.path_rows;
-  for (std::size_t k = 0; k < shard.lights.size(); ++k) {
-    record.images.push_back(light_name(shard.lights[k]));
-    record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
-  }
-  if (!shard.env.mean.empty()) {
-    record.images.push_back("env");
-    record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
-  }
-  record.images.push_back("coverage");
-  record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));
-  return record;
 }
 
 void append_band(StreakImage& image, StreakImage band) {
@@ -171,31 +128,11 @@ Shard trace_shard(const Preset& preset, const ShardKey& key,
 
 void put_record(Manifest& manifest, const ShardRecord& record) {
   std::erase_if(manifest.shards, [&](const ShardRecord& r) { return r.key == record.key; });
-  manifest.shards.insert(
-      std::upper_bound(manifest.shards.begin(), manifest.shards.end(), record, before), record);
-}
-
-// CPU seconds per shard; kept from earlier runs, since their shards are.
-struct CostFile {
-  std::string file = {};
-  nlohmann::ordered_json costs = {{"version", 1}, {"shards", nlohmann::ordered_json::object()}};
-};
-
-// Throws std::runtime_error for a damaged file: other runs' seconds are not thrown away unasked.
-CostFile open_costs(const std::string& folder) {
-  CostFile cost_file = {.file = folder + "/cost.json"};
-  if (!fs::exists(cost_file.file)) return cost_file;
-  cost_file.costs = parse_json(cost_file.file, read_file(cost_file.file));
-  const JsonPlace document = {.value = &cost_file.costs, .file = cost_file.file};
-  check_version(document, 1);
-  const JsonPlace shards = member(document, "shards");
-  if (!shards.value->is_object()) throw_at(shards, "not an object; expected an object");
-  return cost_file;
-}
-
-void put_cost(CostFile& cost_file, const ShardKey& key, double cpu_s) {
-  cost_file.costs["shards"][shard_name(key)] = {{"cpu_s", cpu_s}};
-  write_file_atomically(cost_file.file, cost_file.costs.dump(2) + "\n");
+  manifest.shards.insert(std::upper_bound(manifest.shards.begin(), manifest.shards.end(), record,
+                                          [](const ShardRecord& a, const ShardRecord& b) {
+                                            return comes_before(a.key, b.key);
+                                          }),
+                         record);
 }
 
 std::vector<ShardKey> keys_of(const Preset& preset) {
@@ -208,7 +145,20 @@ std::vector<ShardKey> keys_of(const Preset& preset) {
       }
     }
   }
+  std::sort(keys.begin(), keys.end(), comes_before);
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   return keys;
+}
+
+// Dealt in turn: neighbours of one oscillation cost alike, and a rigid drop costs little.
+std::vector<ShardKey> share_of(const std::vector<ShardKey>& keys, const ShardShare& share) {
+  std::vector<ShardKey> own;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (i % static_cast<std::size_t>(share.count) == static_cast<std::size_t>(share.index - 1)) {
+      own.push_back(keys[i]);
+    }
+  }
+  return own;
 }
 
 // The record of a shard that an earlier run finished; nothing where it is missing or damaged.
@@ -236,16 +186,17 @@ std::optional<ShardRecord> find_finished(const Preset& preset, const Manifest& m
 }  // namespace
 
 GenerateSummary generate_database(const Preset& preset, const std::string& folder,
-                                  const Progress& progress) {
+                                  const Progress& progress, const ShardShare& share) {
   GenerateSummary summary;
-  const std::vector<ShardKey> keys = keys_of(preset);
-  Manifest manifest = open_database(preset, folder);
-  CostFile costs = open_costs(folder);
+  const std::vector<ShardKey> all = keys_of(preset);
+  const std::vector<ShardKey> keys = share_of(all, share);
+  Manifest manifest = open_database(preset, folder, all);
+  ShardCosts costs = read_costs(folder);
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto report = [&](double share) {
+    const auto report = [&](double done) {
       if (!progress) return;
       progress(shard_name(keys[i]),
-               (static_cast<double>(i) + share) / static_cast<double>(keys.size()));
+               (static_cast<double>(i) + done) / static_cast<double>(keys.size()));
     };
     if (const auto record = find_finished(preset, manifest, folder, keys[i])) {
       put_record(manifest, *record);
@@ -258,13 +209,36 @@ GenerateSummary generate_database(const Preset& preset, const std::string& folde
       put_record(manifest, make_record(shard, shard_frame(preset, keys[i]), sha));
       const double cpu_s = process_cpu_s() - start_s;
       summary.cpu_s += cpu_s;
-      put_cost(costs, keys[i], cpu_s);
+      costs[shard_name(keys[i])] = cpu_s;
+      write_costs(folder, costs);
       ++summary.traced;
     }
     write_manifest(folder, manifest);
     report(1);
   }
   return summary;
+}
+
+ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha) {
+  ShardRecord record;
+  record.key = shard.key;
+  record.file = "shards/" + shard_name(shard.key) + ".exr";
+  record.sha256 = sha;
+  record.width_px = shard.width_px;
+  record.height_px = shard.height_px;
+  record.path_top_row = frame.path_top_row;
+  record.path_bottom_row = frame.path_top_row + frame.path_rows;
+  for (std::size_t k = 0; k < shard.lights.size(); ++k) {
+    record.images.push_back(light_name(shard.lights[k]));
+    record.estimated_relative_error.push_back(estimated_relative_error(shard.light[k]));
+  }
+  if (!shard.env.mean.empty()) {
+    record.images.push_back("env");
+    record.estimated_relative_error.push_back(estimated_relative_error(shard.env));
+  }
+  record.images.push_back("coverage");
+  record.estimated_relative_error.push_back(estimated_relative_error(shard.coverage));
+  return record;
 }
 
 std::string instruction_set() {

@@ -18,8 +18,10 @@ constexpr double flat_share = 0.05;
 constexpr double flat_px = 0.05;
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
-// Throughputs below this share need no finer cut: what they add is lost beside reflection, 0.02.
-constexpr double least_light = 0.01;
+// Patches with less light than reflection at normal incidence are cut less finely, in proportion,
+// down to a tenth of it.
+constexpr double faint_light = 0.02;
+constexpr double least_light = 0.002;
 
 // What a patch holds at its nodes, or control points.
 enum : std::size_t { dir_x, dir_y, dir_z, column, row, light, facing, quantities };
@@ -79,6 +81,12 @@ struct Integrator {
             -n.xy_m.y() / frame.pixel_m,
             exit.throughput,
             n.facing};
+  }
+
+  // What counts as flat for directions: a share of the cone, more where the light is faint.
+  double flat_direction(double brightest) const {
+    return flat_share * std::tan(cones.front().half_angle_rad) *
+           std::max(1.0, faint_light / brightest);
   }
 
   std::span<const Moment> within(std::span<const Moment> all, const FieldCell& cell) const {
@@ -263,9 +271,9 @@ void SmoothPatch::integrate() const {
     const Patch net = polynomial.at(share_of_cell(cell, moment));
     if (std::all_of(net.begin(), net.end(), [](const Node& p) { return p[facing] < 0; })) continue;
     PatchCutter cutter{.integrator = integrator, .patch = net, .moment = moment, .lights = lights};
-    cutter.flat = flat_share * std::tan(integrator.cones.front().half_angle_rad);
     double brightest = least_light;
     for (const Node& p : net) brightest = std::max(brightest, p[light]);
+    cutter.flat = integrator.flat_direction(brightest);
     const auto size = [&](const Node& d) {
       return std::max(std::hypot(d[column], d[row]) / flat_px,
                       std::abs(d[light]) / (flat_share * brightest));
@@ -297,19 +305,14 @@ struct EdgeCutter {
   bool refracted = true;
   std::vector<int>& lights;  // a stack: the last entries are those of the piece at hand
   double flat = 0;
+  double brightest = least_light;  // of the whole patch
 
   using Samples = std::array<ConeVertex, 9>;  // u fastest
   static constexpr int deepest = 12;          // halvings, of either axis
 
-  ConeVertex sample(double u, double v) const {
-    const auto bu = bernstein(u), bv = bernstein(v);
-    std::array<double, edge_quantities> q = {};
-    for (std::size_t j = 0; j < 4; ++j) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        const double w = bu[i] * bv[j];
-        for (std::size_t c = 0; c < edge_quantities; ++c) q[c] += w * net[4 * j + i][c];
-      }
-    }
+  using Quantities = std::array<double, edge_quantities>;
+
+  ConeVertex vertex(const Quantities& q) const {
     const InterfaceExit exit = leave_interface(
         refracted, {q[incident_x], q[incident_y], q[incident_z]},
         {q[normal_x], q[normal_y], q[normal_z]}, q[part_s], q[part_p],
@@ -320,29 +323,47 @@ struct EdgeCutter {
 
   Samples samples(const Rectangle& r) const {
     Samples s;
+    const std::array<std::array<double, 4>, 3> bu = {
+        bernstein(r.u0), bernstein(0.5 * (r.u0 + r.u1)), bernstein(r.u1)};
     for (std::size_t j = 0; j < 3; ++j) {
+      const auto bv = bernstein(r.v0 + 0.5 * static_cast<double>(j) * (r.v1 - r.v0));
+      std::array<Quantities, 4> line;  // of the net at this v
+      for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t c = 0; c < edge_quantities; ++c) {
+          line[i][c] = bv[0] * net[i][c] + bv[1] * net[4 + i][c] + bv[2] * net[8 + i][c] +
+                       bv[3] * net[12 + i][c];
+        }
+      }
       for (std::size_t i = 0; i < 3; ++i) {
-        s[3 * j + i] = sample(r.u0 + 0.5 * static_cast<double>(i) * (r.u1 - r.u0),
-                              r.v0 + 0.5 * static_cast<double>(j) * (r.v1 - r.v0));
+        Quantities q;
+        for (std::size_t c = 0; c < edge_quantities; ++c) {
+          q[c] = bu[i][0] * line[0][c] + bu[i][1] * line[1][c] + bu[i][2] * line[2][c] +
+                 bu[i][3] * line[3][c];
+        }
+        s[3 * j + i] = vertex(q);
       }
     }
     return s;
   }
 
-  // Largest second difference of directions, and of light and picture over what is flat, along
-  // lines of that stride.
-  double bend(const Samples& s, std::size_t stride) const {
-    double most = 0;
+  // Largest second differences along lines of a stride.
+  struct Bend {
+    double direction = 0;
+    double rest = 0;  // of light and picture, over what is flat
+  };
+
+  Bend bend(const Samples& s, std::size_t stride) const {
+    Bend most;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t n = line * (4 - stride);
       const ConeVertex &a = s[n], &b = s[n + stride], &c = s[n + 2 * stride];
       const auto second = [&](double ConeVertex::* q) { return a.*q - 2 * b.*q + c.*q; };
-      const double direction = std::hypot(second(&ConeVertex::dx), second(&ConeVertex::dy),
-                                          second(&ConeVertex::dz));
-      const double brightest = std::max({least_light, a.throughput, b.throughput, c.throughput});
-      most = std::max({most, direction / flat,
-                       std::hypot(second(&ConeVertex::x), second(&ConeVertex::y)) / flat_px,
-                       std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
+      const double x = second(&ConeVertex::dx), y = second(&ConeVertex::dy),
+                   z = second(&ConeVertex::dz);
+      most.direction = std::max(most.direction, std::sqrt(x * x + y * y + z * z));
+      const double column = second(&ConeVertex::x), row = second(&ConeVertex::y);
+      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_px,
+                            std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
     }
     return most;
   }
@@ -350,21 +371,27 @@ struct EdgeCutter {
   // Lights [first, end) of the stack reach the piece's parent.
   void piece(const Rectangle& r, int depth, std::size_t first) {
     const Samples s = samples(r);
-    const bool dark = std::all_of(s.begin(), s.end(), [](const ConeVertex& v) {
-      return v.facing < 0 || v.margin < 0;
-    });
-    if (dark && depth > 2) return;
-    // The middle of a curve stands out of its chord by half its second difference: twice that.
-    const double u_bend = bend(s, 1), v_bend = bend(s, 3);
+    double light = 0;
+    for (const ConeVertex& v : s) {
+      if (v.facing >= 0 && v.margin >= 0) light = std::max(light, v.throughput);
+    }
+    if (light == 0 && depth > 2) return;
+    if (depth == 0) {
+      brightest = std::max(least_light, light);
+      flat = integrator.flat_direction(brightest);
+    }
+    const Bend u = bend(s, 1), v = bend(s, 3);
     const std::size_t end = lights.size();
     for (std::size_t k = first; k < end; ++k) {
-      const int light = lights[k];
-      if (!misses(integrator.cones[static_cast<std::size_t>(light)], s,
-                  flat * std::max(u_bend, v_bend))) {
-        lights.push_back(light);
-      }
+      const Cone& cone = integrator.cones[static_cast<std::size_t>(lights[k])];
+      // The middle of a curve stands out of its chord by half its second difference: twice that.
+      if (!misses(cone, s, std::max(u.direction, v.direction))) lights.push_back(lights[k]);
     }
     if (lights.size() > end) {
+      // Toward the edge directions bend without bound while their light fades: what counts is both.
+      const double weight = std::min(1.0, 2 * light / brightest) / flat;
+      const double u_bend = std::max(weight * u.direction, u.rest);
+      const double v_bend = std::max(weight * v.direction, v.rest);
       // Quads of half the size bend by a quarter of it; chord_factor as for the other patches.
       const bool is_flat = std::max(u_bend, v_bend) < 4 / chord_factor;
       if (is_flat || depth >= deepest) {
@@ -430,7 +457,6 @@ void integrate_edge_patch(Integrator& integrator, const FieldPatch& patch) {
                       .moment = moment,
                       .refracted = refracted,
                       .lights = lights};
-    cutter.flat = flat_share * std::tan(integrator.cones.front().half_angle_rad);
     cutter.piece({}, 0, 0);
   }
 }

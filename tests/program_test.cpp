@@ -91,7 +91,8 @@ TEST_F(Program, GenerateAndPackSayOneLineOfWhatTheyMade) {
 
 TEST_F(Program, HelpOfEverySubcommandHasAnExampleAndGoesToTheOutput) {
   const std::string overview = run_pluvia("--help").out;
-  for (const std::string command : {"generate", "pack", "render", "validate"}) {
+  for (const std::string command :
+       {"generate", "merge", "export", "import", "pack", "render", "validate"}) {
     const Outcome outcome = run_pluvia(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("example: pluvia " + command));
@@ -114,6 +115,16 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   }
   expect_complaint(generate + "--oscillations 0,4", 2,
                    "--oscillations: 4; expected one of the preset's 0, 3");
+  for (const std::string value : {"0/3", "4/3", "3", "1/", "/1", "1/2/3", "-1/2", "1/1e3", "x"}) {
+    expect_complaint(generate + "--shard " + value, 2,
+                     "--shard: " + value + "; expected i/n with 1 <= i <= n");
+  }
+  expect_complaint("export db --out " + out, 2, "--layout is required");
+  expect_complaint("export db --layout other --out " + out, 2, "--layout");
+  expect_complaint("export db --layout gn2006 --level both --out " + out, 2, "--level");
+  expect_complaint("export db --layout gn2006 --normalise no --out " + out, 2, "--normalise");
+  expect_complaint("import l --level 1 --out " + out, 2, "--level");
+  expect_complaint("merge --out " + out, 2, "databases is required");
   const std::string render = fmt::format("render s.toml --atlas a --out {} ", out);
   for (const std::string value : {"--frames 0", "--start-s nan"}) {
     expect_complaint(render + value, 2, value.substr(0, value.find(' ')));
@@ -231,6 +242,22 @@ TEST_F(Program, PackRefusesDatabasesThatAreNotWhole) {
   fs::remove(shard);
   expect_complaint("pack " + (folder / "db") + out, 1, "d3200_osc03_v+80.exr: ");
   EXPECT_FALSE(fs::exists(folder / "atlas"));
+}
+
+TEST_F(Program, DatabasesThatCannotBeExportedImportedOrMergedEndWithOne) {
+  const std::string out = " --out " + (folder / "out");
+  expect_complaint("export " + (*shared / "db") + " --layout gn2006" + out, 1,
+                   "db/manifest.json: 46 of the layout's 50 shards missing: d3200_osc00_v+20");
+  expect_complaint("import " + (*shared / "db") + out, 1, "normalized_env_max.txt: cannot read");
+  expect_complaint(fmt::format("merge {0}/db {0}/none{1}", shared->path(), out), 1,
+                   "none/manifest.json: cannot read");
+  const std::string other = fmt::format(
+      "generate {}/preset.toml --views 80 --oscillations 0 --cone-half-angle-deg 4 --out {}",
+      shared->path(), folder / "other");
+  ASSERT_EQ(run_pluvia(other).code, 0);
+  expect_complaint(fmt::format("merge {}/db {}{}", shared->path(), folder / "other", out), 1,
+                   "other/manifest.json: cone_half_angle_deg 4.0; expected 5.0 as in ");
+  EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
 TEST_F(Program, OtherPresetIntoADatabaseIsRefusedByName) {
