@@ -173,10 +173,11 @@ void make_canonical(const OutlineTask& task, OutlineParameters& x) {
 }
 
 // The radius of the sphere to start from may be 3 % off; over the time of the outlines no frequency
-// may then be wrong by more than a radian between neighbouring starts (w ~ r0^-1.5).
+// should then be wrong by more than a radian between neighbouring starts (w ~ r0^-1.5). Nine are
+// enough: the outlines' own size pulls r0 to its place first.
 std::vector<double> radius_starts(const OutlineTask& task) {
   constexpr double uncertainty = 0.03;
-  constexpr int most = 16;
+  constexpr int most = 4;  // on either side of the middle
   double first = task.data.front().point.time_s, last = first;
   for (const OutlineDatum& datum : task.data) {
     first = std::min(first, datum.point.time_s);

@@ -10,6 +10,7 @@
 
 #include "tests/outline_samples.h"
 #include "tests/temporary_folder.h"
+#include "validate/amplitude_table.h"
 
 namespace pluvia {
 namespace {
@@ -63,6 +64,20 @@ std::vector<OscillationSet> other_amplitudes() {
   truth[2].a20 = 0.07;
   truth[2].a31 = 0.095;
   return truth;
+}
+
+TEST(AmplitudeTable, TheBorderContinuesALinearTableOnAllSides) {
+  std::vector<double> plane;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 2; ++j) plane.push_back(10 * i + j);
+  }
+  const std::vector<double> wider = with_border(plane, 3, 2);
+  ASSERT_EQ(wider.size(), 5u * 4u);
+  for (int i = -1; i < 4; ++i) {
+    for (int j = -1; j < 3; ++j) {
+      EXPECT_EQ(wider[static_cast<std::size_t>((i + 1) * 4 + j + 1)], 10 * i + j) << i << " " << j;
+    }
+  }
 }
 
 TEST(AmplitudeFit, FindsTheAmplitudesAndTheUnitThatMadeTheFactors) {
@@ -127,6 +142,14 @@ TEST(AmplitudeFit, AnAmplitudeThatChangesNothingIsNamedAsFree) {
     EXPECT_TRUE(is_identifiable(set.values[0]));
     EXPECT_EQ(set.values[1].why, "the data leave it free");
   }
+}
+
+TEST(AmplitudeFit, AnAmplitudeBeyondTheTableIsNotToldAsItsEnd) {
+  const AmplitudeModel model = smooth_model();
+  std::vector<OscillationSet> truth = three_sets;
+  truth[1].a31 = 0.16;
+  const AmplitudeFit fit = fit_amplitudes(three_sets, made_factors(model, truth, 1), model);
+  EXPECT_EQ(fit.sets[1].values[1].why, "it would lie beyond 0.12, where the table ends");
 }
 
 TEST(AmplitudeFit, TooFewFactorsAreRefused) {

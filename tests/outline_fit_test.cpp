@@ -165,13 +165,33 @@ TEST(OutlineFit, ALevelCameraCannotTellFrontFromBackAndASecondOneCan) {
 }
 
 TEST(OutlineFit, FindsTheRadiusAlsoWhereAWrongOneWouldBeManyTurnsOff) {
-  // 0.2 s are 12 periods of mode 2 and 23 of mode 3: a radius that is 1 % off is 2 rad off.
-  const DropShape drop = oscillating_drop();
+  // 0.2 s are 12 periods of mode 2 and 23 of mode 3. The median radius is 1.5 % below r0, since
+  // c_0 is: 1.5 * 1.5 % of 146 rad are 3.3 rad.
+  DropShape drop = oscillating_drop();
+  drop.equilibrium_cos = {-0.015};
   const OutlineFit fit = fit_outlines(
-      made_outlines(drop, {.times = 30, .angles = 6, .duration_s = 0.2, .noise_m = 16e-6}));
-  const Estimate& r0 = estimate_of(fit.values, "r0_mm");
-  EXPECT_NEAR(r0.value, 1.6, 0.002);
+      made_outlines(drop, {.times = 30, .angles = 6, .duration_s = 0.2, .noise_m = 16e-6}),
+      {.equilibrium_cos = drop.equilibrium_cos});
+  EXPECT_NEAR(estimate_of(fit.values, "r0_mm").value, 1.6, 0.002);
   EXPECT_NEAR(estimate_of(fit.values, "A31").value, 0.08, 0.01);
+}
+
+TEST(OutlineFit, ADirectionAtTheEndOfItsRangeIsGivenWithThePhaseThatBelongsToIt) {
+  // phi_drop = 0 is also 180 degrees with the opposite phase, and rounding decides which is given:
+  // both must be the drop that was seen.
+  for (const double phase : {-1.1, 0.3, 1.9, 2.8}) {
+    DropShape drop = oscillating_drop();
+    drop.phi_drop_rad = 0;
+    drop.modes[1].phase_rad = phase;
+    const OutlineFit fit = fit_outlines(made_outlines(drop, {.times = 8, .angles = 16}));
+    EXPECT_GE(fit.drop.phi_drop_rad, 0);
+    EXPECT_LE(fit.drop.phi_drop_rad, pi);
+    for (const double t : {0.0, 3e-3, 7e-3}) {
+      EXPECT_NEAR(surface_radius_m(drop_at(fit.drop, t), 1.0, 0.5),
+                  surface_radius_m(drop_at(drop, t), 1.0, 0.5), 1e-11)
+          << phase;
+    }
+  }
 }
 
 TEST(OutlineFit, ADropOfOtherModesAndAFlattenedOneAreFoundToo) {

@@ -206,6 +206,9 @@ void widen(Solved& solved, const std::vector<double>& variances, std::size_t lig
 Estimate amplitude_estimate(const std::string& name, double value, double highest,
                             const Solved& solved, std::size_t index) {
   if (solved.covariance.free[index]) return undetermined(name, left_free);
+  if (value > highest - 1e-6) {
+    return undetermined(name, fmt::format("it would lie beyond {}, where the table ends", highest));
+  }
   const auto k = static_cast<Eigen::Index>(index);
   const double half = student_t_95(solved.freedom) * std::sqrt(solved.covariance.matrix(k, k));
   Estimate estimate = bounded_estimate(name, value, half, highest, "");
