@@ -65,7 +65,8 @@ struct GenerateFlags {
   std::string preset = {}, out = {}, scene = {};
   std::vector<int> views = {}, oscillations = {};
   std::vector<double> diameters_mm = {};
-  std::optional<double> cone_half_angle_deg = {};
+  std::optional<double> cone_half_angle_deg = {}, error = {};
+  std::string isa = {};
   int threads = 0;
   pluvia::ShardShare share = {};
 };
@@ -125,6 +126,14 @@ pluvia::Preset choose_for_scene(const pluvia::Preset& preset, const std::string&
   return subset.preset;
 }
 
+pluvia::Isa isa_from(const std::string& name) {
+  try {
+    return pluvia::isa_from_name(name);
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError("--isa", error.what());
+  }
+}
+
 void generate(const GenerateFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) {
@@ -138,6 +147,8 @@ void generate(const GenerateFlags& flags) {
   if (!flags.diameters_mm.empty()) choose_diameters(flags.diameters_mm, preset);
   refuse_views_below(preset);
   if (flags.cone_half_angle_deg) preset.cone_half_angle_deg = *flags.cone_half_angle_deg;
+  if (flags.error) preset.target_error = *flags.error;
+  if (!flags.isa.empty()) preset.field.isa = isa_from(flags.isa);
   if (!flags.scene.empty()) preset = choose_for_scene(preset, flags.scene);
   const auto summary = pluvia::generate_database(preset, flags.out, ProgressLine(), flags.share);
   fmt::print("{}: {} shards traced in {:.1f} CPU s, {} found finished\n", flags.out, summary.traced,
@@ -423,6 +434,11 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
       ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
                    "of every light, instead of the preset's")
       ->check(finite_range(0.05, 30));
+  command
+      ->add_option("--error", flags.error,
+                   "relative RMSE that 9 of 10 streaks of every shard must keep; chooses the settings")
+      ->check(finite_range(0.001, 1));
+  command->add_option("--isa", flags.isa, "scalar, avx2 or avx512; default: the widest there is");
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->add_option("--for", flags.scene, "scene, TOML: trace only what it can ask for");
   command->add_option_function<std::string>(

@@ -11,6 +11,7 @@
 
 #include "atlas/atomic_file.h"
 #include "atlas/shard_costs.h"
+#include "raytrace/streak_accuracy.h"
 
 namespace pluvia {
 
@@ -40,7 +41,7 @@ Manifest empty_manifest(const Preset& preset) {
   manifest.preset = preset.name;
   manifest.parameters = preset_parameters(preset);
   manifest.seed = preset.seed;
-  manifest.instruction_set = instruction_set();
+  manifest.instruction_set = instruction_set(preset.field.isa);
   manifest.exposure_s = preset.exposure_s;
   if (preset.physical) {
     manifest.bands = bands_of(preset);
@@ -103,6 +104,16 @@ void append_band(StreakImage& image, StreakImage band) {
   image.variance.insert(image.variance.end(), band.variance.begin(), band.variance.end());
 }
 
+TracedStreak trace_band(const Preset& preset, const ShardKey& key, const StreakRequest& request,
+                        const std::function<void(double)>& progress) {
+  if (preset.target_error <= 0) return trace_streak(request, progress);
+  try {
+    return trace_streak_to(request, preset.target_error, progress).streak;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(shard_name(key) + ": " + error.what());
+  }
+}
+
 // One tracing for each band; where the drop is does not depend on the band.
 Shard trace_shard(const Preset& preset, const ShardKey& key,
                   const std::function<void(double)>& progress) {
@@ -111,7 +122,7 @@ Shard trace_shard(const Preset& preset, const ShardKey& key,
   shard.light.resize(shard.lights.size());
   for (std::size_t k = 0; k < bands.size(); ++k) {
     const StreakRequest request = shard_request(preset, key, static_cast<int>(k));
-    TracedStreak streak = trace_streak(request, [&](double share) {
+    TracedStreak streak = trace_band(preset, key, request, [&](double share) {
       progress((static_cast<double>(k) + share) / static_cast<double>(bands.size()));
     });
     shard.width_px = request.frame.width_px;
@@ -241,8 +252,8 @@ ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std:
   return record;
 }
 
-std::string instruction_set() {
-  return __builtin_cpu_supports("fma") ? "x86-64, libm with fma" : "x86-64";
+std::string instruction_set(Isa isa) {
+  return isa_name(isa) + (__builtin_cpu_supports("fma") ? ", libm with fma" : ", libm without fma");
 }
 
 }  // namespace pluvia

@@ -30,7 +30,7 @@ struct ShardShare {
 // The manifest, with all parameters and no shard yet, is written first and after every shard, so
 // that a killed run resumes: a whole shard in the folder was made with the manifest's parameters.
 // Final bytes of shards and manifest do not depend on interruptions or on threads. Throws
-// std::runtime_error when the folder holds a database of other parameters, shards without a
+// std::runtime_error when the preset's target_error is not kept, when the folder holds a database of other parameters, shards without a
 // manifest or a damaged cost.json, or cannot be written; std::invalid_argument for an oscillation
 // that is none of the preset's sets. The manifest tells what the whole preset asks for, whatever
 // the share; one run at a time may write a folder.
@@ -40,7 +40,8 @@ GenerateSummary generate_database(const Preset& preset, const std::string& folde
 // What the manifest tells of a shard whose picture is `frame` and whose file hashes to `sha`.
 ShardRecord make_record(const Shard& shard, const StreakFrame& frame, const std::string& sha);
 
-// "x86-64" and the flavour of the C library's sine, which decide the last bits.
-std::string instruction_set();
+// The set that paths are traced with and the flavour of the C library's sine, which decide the last
+// bits: "avx512, libm with fma".
+std::string instruction_set(Isa isa);
 
 }  // namespace pluvia

@@ -88,7 +88,7 @@ Manifest import_manifest(const Preset& preset, StreakLevel level) {
   return {.preset = "gn2006-import",
           .parameters = parameters.dump(),
           .seed = 0,
-          .instruction_set = instruction_set(),
+          .instruction_set = instruction_set(Isa::scalar),
           .mean_radius_m = preset.mean_radius_m,
           .exposure_s = preset.exposure_s,
           .fall_speed_m_s = preset.fall_speed_m_s,

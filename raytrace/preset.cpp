@@ -280,6 +280,14 @@ std::string preset_parameters(const Preset& preset) {
     parameters["fall_speed_m_s"] = preset.fall_speed_m_s;
     parameters["slices"] = preset.slices;
   }
+  if (preset.target_error > 0) {
+    // The settings follow from it.
+    for (const char* key : {"base_cells", "spans_per_period", "space_depth", "time_depth",
+                            "bend_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
+      parameters.erase(key);
+    }
+    parameters["target_error"] = preset.target_error;
+  }
   // Both absent where nothing is left out.
   if (!preset.environment) parameters["environment"] = false;
   if (preset.lights != gn2006_light_directions()) {

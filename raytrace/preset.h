@@ -30,6 +30,7 @@ struct Preset {
   int slices = 0;               // gn2006, per replicate; 0 in physical
   double spans_per_period = 0;  // of the fastest mode
   FieldOptions field = {};
+  double target_error = 0;  // > 0: settings are chosen to keep it (streak_accuracy.h)
   unsigned long long seed = 0;
   std::optional<PhysicalRain> physical = {};  // there when, and only when, name is "physical"
 };

@@ -198,18 +198,22 @@ StreakJob make_job(const StreakRequest& request) {
     job.spans = rigid_grids;
     return job;
   }
-  double fastest_rad_s = 0;
-  for (const Mode& mode : request.drop.modes) {
-    if (mode.amplitude == 0) continue;
-    fastest_rad_s = std::max(fastest_rad_s, mode_frequency_rad_s(request.drop, mode.n));
-  }
-  const double periods = fastest_rad_s * request.exposure_s / (2 * std::numbers::pi);
+  const double periods = fastest_mode_periods(request.drop, request.exposure_s);
   job.spans = std::max(1, static_cast<int>(std::ceil(periods * request.spans_per_period)));
   job.slices_per_span = (std::max(1, request.slices) + job.spans - 1) / job.spans;
   return job;
 }
 
 }  // namespace
+
+double fastest_mode_periods(const DropShape& drop, double duration_s) {
+  double fastest_rad_s = 0;
+  for (const Mode& mode : drop.modes) {
+    if (mode.amplitude == 0) continue;
+    fastest_rad_s = std::max(fastest_rad_s, mode_frequency_rad_s(drop, mode.n));
+  }
+  return fastest_rad_s * duration_s / (2 * std::numbers::pi);
+}
 
 TracedStreak trace_streak(const StreakRequest& request,
                           const std::function<void(double)>& progress) {

@@ -37,6 +37,9 @@ struct StreakRequest {
   std::uint64_t seed = 1;        // of the grids' turns and shifts
 };
 
+// Periods of the drop's fastest mode in a time; 0 for a rigid drop.
+double fastest_mode_periods(const DropShape& drop, double duration_s);
+
 struct TracedStreak {
   std::vector<StreakImage> light = {};
   StreakImage env = {};

@@ -143,7 +143,7 @@ TEST_F(Generate, ManifestTellsWhatTheShardsAre) {
   ASSERT_EQ(manifest.shards.size(), 2u);
   EXPECT_EQ(manifest.parameters, preset_parameters(preset));
   EXPECT_EQ(manifest.seed, preset.seed);
-  EXPECT_EQ(manifest.instruction_set, instruction_set());
+  EXPECT_EQ(manifest.instruction_set, instruction_set(best_isa()));
   EXPECT_NEAR(manifest.pixel_m, 1.6e-3 / 1.4, 1e-12);
   for (const ShardRecord& record : manifest.shards) {
     EXPECT_TRUE(shard_is_whole(folder / "db", record));

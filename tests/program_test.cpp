@@ -110,7 +110,8 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   const std::string generate = fmt::format("generate {} --out {} ", preset, out);
   expect_complaint(generate + "--colour", 2, "--colour");
   for (const std::string value :
-       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5"}) {
+       {"--views 81", "--cone-half-angle-deg nan", "--cone-half-angle-deg 31", "--threads 2.5", "--error 0",
+        "--error nan", "--isa sse9"}) {
     expect_complaint(generate + value, 2, value.substr(0, value.find(' ')));
   }
   expect_complaint(generate + "--oscillations 0,4", 2,
