@@ -12,9 +12,10 @@
 namespace pluvia {
 namespace {
 
-// Coarse: the same field makes and fits the factors, so its own error cancels.
+// Coarse and narrow: the same field makes and fits the factors, so its own error cancels.
 Preset coarse_preset() {
   Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml");
+  preset.width_px = 8;
   preset.field.base_cells = 6;
   preset.field.space_depth = 1;
   preset.field.time_depth = 0;
