@@ -317,9 +317,17 @@ struct FitStreakFlags {
   bool free_phases = false;
 };
 
+// The fits know the drops of 2006: spheres with two modes, one size, one band.
+pluvia::Preset read_gn2006(const std::string& file) {
+  pluvia::Preset preset = pluvia::read_preset(file);
+  if (preset.name == "gn2006") return preset;
+  throw CLI::ValidationError("--preset",
+                             fmt::format("{}: {}; expected a preset of gn2006", file, preset.name));
+}
+
 // Throws after writing when the streaks are no drop's.
 void fit_streak(const FitStreakFlags& flags) {
-  pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  pluvia::Preset preset = read_gn2006(flags.preset);
   const pluvia::StreakInput input =
       pluvia::read_streaks(flags.streaks, flags.lights, flags.view_elevation_deg);
   preset.width_px = input.width_px;
@@ -367,12 +375,13 @@ void print_sets(const pluvia::AmplitudeFit& fit) {
 }
 
 void fit_factors(const FitFactorsFlags& flags) {
-  const pluvia::Preset preset = pluvia::read_preset(flags.preset);
+  const pluvia::Preset preset = read_gn2006(flags.preset);
   const auto factors = pluvia::read_real_factors(flags.factors);
   const pluvia::FactorFit fit = pluvia::fit_factors(preset, factors);
   ProgressLine progress;
   const pluvia::AmplitudeFit amplitudes =
-      pluvia::fit_amplitudes(preset, factors, {}, [&](double share) { progress("tables", share); });
+      pluvia::fit_amplitudes(preset.sets, factors, pluvia::traced_model(preset, factors), {},
+                             [&](double share) { progress("tables", share); });
   pluvia::write_factor_fit(flags.out, fit, amplitudes);
   const pluvia::FittedValue& cone = fit.cone;
   fmt::print("{} {} (from {})\n", cone.name,

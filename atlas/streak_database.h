@@ -7,13 +7,14 @@
 //   oscillation, EE view elevation with sign
 //
 // A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light
-// elevation with sign, azimuth, degrees), then env, then transfer_00 .. where they were asked for, then
-// coverage; channels Y and Y.variance.
+// elevation with sign, azimuth, degrees), then env, then transfer_00 .. where they were asked for,
+// then coverage; channels Y and Y.variance.
 // A database of several bands has for each, instead of Y, the channels NAME and NAME.variance;
 // coverage always has Y. Values:
-//   light     radiance toward the camera per unit irradiance of the light on a plane facing it [1/sr]
+//   light     radiance toward the camera per unit irradiance of the light on a plane facing it
+//             [1/sr]
 //   env       radiance per unit radiance of a uniform environment [1]
-//   transfer  radiance under an environment of radiance Y_lm, number l^2 + l + m [1]: may be negative
+//   transfer  radiance under an environment of radiance Y_lm, number l^2 + l + m: may be negative
 //             (raytrace/spherical_harmonics.h, atlas/transfer.h)
 //   coverage  share of pixel area x exposure in which the drop is there [0 .. 1]
 // each an average over the pixel's area AND over the whole exposure. Y.variance is the variance of

@@ -10,9 +10,10 @@ namespace pluvia {
 StreakImage lit_by_environment(const Shard& shard,
                                const std::vector<std::vector<double>>& coefficients) {
   if (coefficients.size() != shard.bands.size()) {
-    throw std::invalid_argument(fmt::format("{} lists of coefficients; expected one for each of {} "
-                                            "bands",
-                                            coefficients.size(), shard.bands.size()));
+    throw std::invalid_argument(
+        fmt::format("{} lists of coefficients; expected one for each of {} "
+                    "bands",
+                    coefficients.size(), shard.bands.size()));
   }
   const auto count =
       static_cast<std::size_t>(shard.width_px) * static_cast<std::size_t>(shard.height_px);
@@ -20,9 +21,10 @@ StreakImage lit_by_environment(const Shard& shard,
   for (std::size_t band = 0; band < coefficients.size(); ++band) {
     const std::vector<double>& c = coefficients[band];
     if (c.empty() || c.size() > shard.transfer.size()) {
-      throw std::invalid_argument(fmt::format("{} coefficients; expected 1 .. {}, as many as the "
-                                              "shard has transfer pictures",
-                                              c.size(), shard.transfer.size()));
+      throw std::invalid_argument(
+          fmt::format("{} coefficients; expected 1 .. {}, as many as the "
+                      "shard has transfer pictures",
+                      c.size(), shard.transfer.size()));
     }
     for (std::size_t i = band * count; i < (band + 1) * count; ++i) {
       double mean = 0, deviation = 0;

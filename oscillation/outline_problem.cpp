@@ -20,6 +20,17 @@ constexpr double pi = std::numbers::pi;
 constexpr double cauchy_width = 2.3849;
 constexpr double rounding = 1e-12;  // of r0: no scatter is taken to be smaller
 
+// 1 + the equilibrium terms.
+template <typename T>
+void add_resting_shape(HarmonicSurface<T>& surface, const OutlineModel& model) {
+  std::array<double, max_harmonic_degree + 1> one = {1};
+  add_harmonic(surface, 0, 0, one, T(1), T(0));
+  for (std::size_t k = 0; k < model.equilibrium_cos.size(); ++k) {
+    const int degree = static_cast<int>(k);
+    add_harmonic(surface, 0, degree, chebyshev(degree), T(model.equilibrium_cos[k]), T(0));
+  }
+}
+
 struct Residual {
   const OutlineTask* task = nullptr;
   const OutlineDatum* datum = nullptr;
@@ -30,12 +41,7 @@ struct Residual {
     const OutlineModel& model = task->model;
     HarmonicSurface<T> result;
     result.scale = p[0][0] * task->start_m;
-    std::array<double, max_harmonic_degree + 1> one = {1};
-    add_harmonic(result, 0, 0, one, T(1), T(0));
-    for (std::size_t k = 0; k < model.equilibrium_cos.size(); ++k) {
-      const int degree_k = static_cast<int>(k);
-      add_harmonic(result, 0, degree_k, chebyshev(degree_k), T(model.equilibrium_cos[k]), T(0));
-    }
+    add_resting_shape(result, model);
     for (std::size_t i = 0; i < model.modes.size(); ++i) {
       const auto [n, m] = model.modes[i];
       const T w =
@@ -155,28 +161,13 @@ OutlineSolution solve(const OutlineTask& task, const OutlineParameters& start, d
           summary.termination_type == ceres::CONVERGENCE};
 }
 
-// phi_drop in its own period and the phases to match.
-void make_canonical(const OutlineTask& task, OutlineParameters& x) {
-  if (task.period_rad == 0) {
-    x[1] = 0;
-    return;
-  }
-  const double turns = std::floor(x[1] / task.period_rad);
-  x[1] -= turns * task.period_rad;
-  for (std::size_t i = 0; i < task.model.modes.size(); ++i) {
-    // m (phi_drop - turns pi / g) adds turns m / g half turns to the mode.
-    const double half_turns = turns * task.model.modes[i].m * task.period_rad / pi;
-    if (std::abs(std::remainder(half_turns, 2)) < 0.5) continue;
-    x[first_outline_mode + 2 * i] *= -1;
-    x[first_outline_mode + 2 * i + 1] *= -1;
-  }
-}
-
-// The radius of the sphere to start from may be 3 % off; over the time of the outlines no frequency
-// may then be wrong by more than a radian between neighbouring starts (w ~ r0^-1.5).
+// The median radius may be 3 % off: the modes do not average out. Over the time of the outlines no
+// frequency may then be wrong by more than a radian between neighbouring starts (w ~ r0^-1.5): on a
+// long and noisy film the fit otherwise settles beside the right frequency. Films of more than some
+// 40 periods get coarser steps.
 std::vector<double> radius_starts(const OutlineTask& task) {
   constexpr double uncertainty = 0.03;
-  constexpr int most = 16;
+  constexpr int most = 12;  // on either side of the middle
   double first = task.data.front().point.time_s, last = first;
   for (const OutlineDatum& datum : task.data) {
     first = std::min(first, datum.point.time_s);
@@ -256,19 +247,40 @@ OutlineTask make_outline_task(const Outlines& outlines, const OutlineModel& mode
                                          outlines.points.size(), unknowns));
   }
   OutlineTask task{model};
+  HarmonicSurface<double> resting;
+  add_resting_shape(resting, model);
   std::vector<double> radii, units;
-  for (const OutlinePoint& p : outlines.points) radii.push_back(p.radius_m);
-  task.start_m = median(radii);
   for (const OutlinePoint& p : outlines.points) {
-    units.push_back(p.sigma_m > 0 ? p.sigma_m : task.start_m);
-    task.data.push_back(
-        {p, outline_ray(p.view_elevation_rad, p.view_azimuth_rad, p.theta_rad), units.back()});
+    const OutlineRay ray = outline_ray(p.view_elevation_rad, p.view_azimuth_rad, p.theta_rad);
+    task.data.push_back({p, ray});
+    radii.push_back(p.radius_m / outline_radius_m(resting, ray));
+  }
+  task.start_m = median(radii);
+  for (OutlineDatum& datum : task.data) {
+    datum.unit_m = datum.point.sigma_m > 0 ? datum.point.sigma_m : task.start_m;
+    units.push_back(datum.unit_m);
   }
   task.floor = rounding * task.start_m / median(units);
   int divisor = 0;
   for (const auto& mode : model.modes) divisor = std::gcd(divisor, mode.m);
   task.period_rad = divisor > 0 ? pi / divisor : 0;
   return task;
+}
+
+void make_canonical(const OutlineTask& task, OutlineParameters& x) {
+  if (task.period_rad == 0) {
+    x[1] = 0;
+    return;
+  }
+  const double turns = std::floor(x[1] / task.period_rad);
+  x[1] -= turns * task.period_rad;
+  for (std::size_t i = 0; i < task.model.modes.size(); ++i) {
+    // m (phi_drop - turns pi / g) adds turns m / g half turns to the mode.
+    const double half_turns = turns * task.model.modes[i].m * task.period_rad / pi;
+    if (std::abs(std::remainder(half_turns, 2)) < 0.5) continue;
+    x[first_outline_mode + 2 * i] *= -1;
+    x[first_outline_mode + 2 * i + 1] *= -1;
+  }
 }
 
 // The loss's width follows the median of the residuals, which follows the fit: a few rounds.

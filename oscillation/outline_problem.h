@@ -25,7 +25,7 @@ struct OutlineDatum {
 struct OutlineTask {
   const OutlineModel& model;
   std::vector<OutlineDatum> data = {};
-  double start_m = 0;     // radius of the sphere to start from
+  double start_m = 0;     // r0 to start from: median of the radii over the resting drop's
   double floor = 0;       // smallest scale of the residuals
   double period_rad = 0;  // of phi_drop; 0: no mode has m > 0
 };
@@ -45,6 +45,10 @@ struct OutlineSolutions {
   double scale = 0;                         // robust standard deviation of the residuals
   int starts = 0;
 };
+
+// The same drop with phi_drop in [0, period), every a and b turned to match; phi_drop 0 where no
+// mode has m > 0.
+void make_canonical(const OutlineTask& task, OutlineParameters& x);
 
 OutlineSolutions solve_outlines(const OutlineTask& task);
 

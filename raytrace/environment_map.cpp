@@ -74,8 +74,8 @@ std::vector<std::vector<double>> harmonic_coefficients(const EnvironmentMap& map
     for (int x = 0; x < image.width; ++x) {
       std::fill(pixel.begin(), pixel.end(), 0.0);
       for (int k = 0; k < points * points; ++k) {
-        const Eigen::Vector3d world = map_direction(image, x + gauss(k % points) / points,
-                                                    y + gauss(k / points) / points);
+        const Eigen::Vector3d world =
+            map_direction(image, x + gauss(k % points) / points, y + gauss(k / points) / points);
         real_harmonics(degree, map.world_from_drop.transpose() * world, basis);
         const double weight = std::hypot(world.x(), world.y()) * 2 * pi * pi /
                               (points * points * static_cast<double>(image.width) * image.height);

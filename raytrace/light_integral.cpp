@@ -694,7 +694,8 @@ struct SurfaceCell {
     }
     clip_to_facing(polygon);
     if (surface.environment.uniform) {
-      deposit(integrator.window, surface.uniform_plane(), moment.travel, polygon, moment.time_share);
+      deposit(integrator.window, surface.uniform_plane(), moment.travel, polygon,
+              moment.time_share);
     }
     if (rows.size() > 0) surface.many.add(moment.travel, polygon, moment.time_share, others);
     for (int k = 0; k < polygon.count; ++k) {
@@ -715,8 +716,9 @@ struct SurfaceCell {
     for (std::size_t j = 0; j <= steps; ++j) {
       for (std::size_t i = 0; i <= steps; ++i) {
         const double place = static_cast<double>((steps + 1) * j + i);
-        grid[j][i] = patch_corner(net, {place, 0, 0}, static_cast<double>(i) / static_cast<double>(steps),
-                                  static_cast<double>(j) / static_cast<double>(steps));
+        grid[j][i] =
+            patch_corner(net, {place, 0, 0}, static_cast<double>(i) / static_cast<double>(steps),
+                         static_cast<double>(j) / static_cast<double>(steps));
       }
     }
     for (std::size_t j = 0; j < steps; ++j) {

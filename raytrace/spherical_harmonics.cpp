@@ -45,8 +45,8 @@ void real_harmonics(int degree, const Eigen::Vector3d& direction, std::span<doub
     for (int l = m; l <= degree; ++l) {
       if (l > m) {
         const auto n = static_cast<std::size_t>(l);
-        const double next = recurrence.rise[n][order] *
-                            (direction.z() * p - recurrence.fall[n][order] * before);
+        const double next =
+            recurrence.rise[n][order] * (direction.z() * p - recurrence.fall[n][order] * before);
         before = p;
         p = next;
       }

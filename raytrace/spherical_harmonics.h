@@ -3,8 +3,8 @@
 //   Y_lm = N_lm P_l|m|(z) {sqrt(2) cos m phi (m > 0), 1 (m = 0), sqrt(2) sin |m| phi (m < 0)}
 //   N_lm = sqrt((2 l + 1) / (4 pi) (l - |m|)! / (l + |m|)!)
 //
-// P_lm: associated Legendre function without the (-1)^m sign, so that Y_1m is sqrt(3 / (4 pi)) times
-// y, z, x for m = -1, 0, 1. phi runs from +x to +y. A function of degree L has (L + 1)^2
+// P_lm: associated Legendre function without the (-1)^m sign, so that Y_1m is sqrt(3 / (4 pi))
+// times y, z, x for m = -1, 0, 1. phi runs from +x to +y. A function of degree L has (L + 1)^2
 // coefficients; that of (l, m) stands at harmonic_index(l, m).
 #pragma once
 

@@ -191,14 +191,15 @@ void take_images(const Sums& sums, const StreakRequest& request, TracedStreak& s
 
 void refuse_wrong_environment(const EnvironmentRequest& environment) {
   if (environment.transfer_degree < -1 || environment.transfer_degree > highest_harmonic_degree) {
-    throw std::invalid_argument(fmt::format("transfer_degree = {}; expected 0 .. {}, or -1 for none",
-                                            environment.transfer_degree, highest_harmonic_degree));
+    throw std::invalid_argument(
+        fmt::format("transfer_degree = {}; expected 0 .. {}, or -1 for none",
+                    environment.transfer_degree, highest_harmonic_degree));
   }
   const Image& map = environment.map.radiance;
   if (!map.values.empty() && map.width != 2 * map.height) {
-    throw std::invalid_argument(fmt::format("an environment map of {} x {} pixels; expected width = "
-                                            "2 * height",
-                                            map.width, map.height));
+    throw std::invalid_argument(
+        fmt::format("an environment map of {} x {} pixels; expected width = 2 * height", map.width,
+                    map.height));
   }
 }
 

@@ -144,9 +144,11 @@ void ValueDeposit::add(const Travel& travel, const ConePolygon& polygon, double 
   }
   // A row to either side: deposit() widens what is narrower than a hundredth of a row.
   const auto pixel = [](double x) { return static_cast<int>(std::floor(x)); };
-  const int last_row = std::min(corners.rows - 1, pixel(high + travel.last_row) + 1 - corners.first_row);
+  const int last_row =
+      std::min(corners.rows - 1, pixel(high + travel.last_row) + 1 - corners.first_row);
   const int last_column = std::min(corners.width_px - 1, pixel(right));
-  for (int r = std::max(0, pixel(low + travel.first_row) - 1 - corners.first_row); r <= last_row; ++r) {
+  for (int r = std::max(0, pixel(low + travel.first_row) - 1 - corners.first_row); r <= last_row;
+       ++r) {
     for (int c = std::max(0, pixel(left)); c <= last_column; ++c) {
       std::array<double, 3> share;
       for (std::size_t k = 0; k < 3; ++k) {

@@ -18,7 +18,7 @@ namespace pluvia {
 
 struct EnvironmentRequest {
   bool uniform = true;       // the picture under a uniform environment
-  int transfer_degree = -1;  // spherical harmonics 0 .. degree (<= highest_harmonic_degree); -1: none
+  int transfer_degree = -1;  // harmonics of degrees 0 .. this, <= highest_harmonic_degree; -1: none
   EnvironmentMap map = {};   // no picture where it is empty
 };
 
@@ -55,12 +55,12 @@ struct CellValues {
 CellValues cell_values(const ExitField& field, const FieldCell& cell,
                        const EnvironmentRequest& request);
 
-// Sums of many values at once: a triangle's area is spread over pixels once for each corner, not for
-// each value.
+// Sums of many values at once: a triangle's area is spread over pixels once for each corner, not
+// for each value.
 struct ValueDeposit {
-  StreakWindow corners = {};        // scratch: the shares of a triangle's corners; zero in between
-  std::size_t count = 0;            // values
-  std::vector<double> sums = {};    // row, column, value
+  StreakWindow corners = {};      // scratch: the shares of a triangle's corners; zero in between
+  std::size_t count = 0;          // values
+  std::vector<double> sums = {};  // row, column, value
 
   // As streak_frame.h's deposit() for every value, which is linear between the corners a, b, c.
   // polygon: what is left of the triangle after clipping, with the corners' shares in dx, dy, dz.

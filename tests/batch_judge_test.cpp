@@ -111,12 +111,16 @@ TEST(BatchJudge, TellsTheBatchesOwnError) {
   }
 }
 
-TEST(BatchJudge, SaysNothingWhereThereIsNoLight) {
-  const std::vector<std::vector<double>> dark(3, std::vector<double>(4, 0.0));
-  const BatchVerdict verdict = judge_picture({1, 2, 3, 4}, dark);
-  EXPECT_EQ(verdict.square, 0);
-  EXPECT_EQ(verdict.standard_error, 0);
-  EXPECT_EQ(verdict.batch_square, 0);
+TEST(BatchJudge, SaysNothingOfALightTheBatchesDoNotShare) {
+  const std::vector<std::vector<double>> dark(4, std::vector<double>(4, 0.0));
+  std::vector<std::vector<double>> apart = dark;
+  for (std::size_t k = 0; k < 4; ++k) apart[k][k] = 0.1 + 0.7 * static_cast<double>(k);
+  for (const auto& batches : {dark, apart}) {
+    const BatchVerdict verdict = judge_picture({1, 2, 3, 4}, batches);
+    EXPECT_EQ(verdict.square, 0);
+    EXPECT_EQ(verdict.standard_error, 0);
+    EXPECT_EQ(verdict.batch_square, 0);
+  }
 }
 
 TEST(BatchJudge, RowsAndQuantiles) {

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <random>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "atlas/image_io.h"
 #include "raytrace/spherical_harmonics.h"
@@ -34,7 +34,8 @@ TEST(EnvironmentMap, PixelCentresLieWhereImageIoSays) {
   const EnvironmentMap map = random_map(6, 2);
   for (int y = 0; y < 6; ++y) {
     for (int x = 0; x < 12; ++x) {
-      const double azimuth = 2 * pi * ((x + 0.5) / 12 - 0.5), elevation = pi * (0.5 - (y + 0.5) / 6);
+      const double azimuth = 2 * pi * ((x + 0.5) / 12 - 0.5),
+                   elevation = pi * (0.5 - (y + 0.5) / 6);
       const Eigen::Vector3d d = {std::cos(elevation) * std::cos(azimuth),
                                  -std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
       EXPECT_NEAR((d - map_direction(map.radiance, x + 0.5, y + 0.5)).norm(), 0, 1e-15);
@@ -92,11 +93,11 @@ TEST(EnvironmentMap, ConstantTermIsTheMeanOverTheSphere) {
 }
 
 TEST(EnvironmentMap, CoefficientsOfABandLimitedMapComeBack) {
-  // Pixels of side h hold f at their centres for f all over them. To second order a pixel's integral
-  // of f g, g = Y cos(elevation), is off by h^2 / 12 times (f'' g / 2 + f' g') of either axis; with
-  // Bernstein's |f'| <= l M, |f''| <= l^2 M and the same with l + 1 for g, |Y| <= sqrt((2 l + 1) /
-  // 4 pi), and 2 pi^2 for the area of the map: less than (l + 1)^2 h^2 M sqrt((2 l + 1) / 4 pi) pi^2
-  // / 2.
+  // Pixels of side h hold f at their centres for f all over them. To second order a pixel's
+  // integral of f g, g = Y cos(elevation), is off by h^2 / 12 times (f'' g / 2 + f' g') of either
+  // axis; with Bernstein's |f'| <= l M, |f''| <= l^2 M and the same with l + 1 for g, |Y| <=
+  // sqrt((2 l + 1) / 4 pi), and 2 pi^2 for the area of the map: less than (l + 1)^2 h^2 M sqrt((2 l
+  // + 1) / 4 pi) pi^2 / 2.
   const int degree = 4, height = 128;
   const BandLimited f = band_limited(degree, 11);
   EnvironmentMap map;

@@ -12,11 +12,13 @@
 namespace pluvia {
 namespace {
 
-// Coarse: the same field makes and fits the factors, so its own error cancels.
+// Coarse and narrow: the same field makes and fits the factors, so its own error cancels.
 Preset coarse_preset() {
   Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml");
-  preset.field.base_cells = 8;
+  preset.width_px = 8;
+  preset.field.base_cells = 6;
   preset.field.space_depth = 1;
+  preset.field.time_depth = 0;
   return preset;
 }
 
@@ -63,54 +65,6 @@ TEST(FactorFit, WhatIsNotDeterminedIsWrittenWithoutANumber) {
   EXPECT_NE(text.find("\"identifiable\": false"), std::string::npos);
   EXPECT_EQ(text.find("\"value\""), std::string::npos);
   EXPECT_NE(text.find("nothing tells"), std::string::npos);
-}
-
-// The factors of one set, of all three elevations.
-std::vector<RealFactor> made_up_set(const Preset& preset, int set, double a20, double a31,
-                                    double unit) {
-  StreakRequest request = shard_request(preset, {.oscillation = set});
-  request.seed = 77;
-  request.lights = {{90, 170}};
-  for (int h = 10; h <= 170; h += 20)
-    request.lights.insert(request.lights.end(), {{10, h}, {50, h}});
-  request.drop.modes = {{.n = 2, .m = 0, .amplitude = a20}, {.n = 3, .m = 1, .amplitude = a31}};
-  const TracedStreak streak = trace_streak(request);
-  std::vector<RealFactor> factors;
-  for (std::size_t k = 0; k < request.lights.size(); ++k) {
-    const auto& mean = streak.light[k].mean;
-    factors.push_back({request.lights[k], set, unit * *std::max_element(mean.begin(), mean.end())});
-  }
-  return factors;
-}
-
-TEST(AmplitudeFit, RecoversTheAmplitudesThatMadeTheFactorsAndJudgesThemOnOthers) {
-  Preset preset = coarse_preset();
-  preset.width_px = 16;
-  preset.slices = 48;
-  preset.spans_per_period = 4;
-  std::vector<RealFactor> factors = made_up_set(preset, 3, 0.12, 0.07, 50);
-  const AmplitudeFit fit = fit_amplitudes(
-      preset, factors, {.a20 = {0, 0.06, 0.12, 0.18}, .a31 = {0, 0.05, 0.1}, .seeds = 1});
-  ASSERT_EQ(fit.sets.size(), 1u);
-  const std::vector<Estimate>& values = fit.sets[0].values;
-  for (const auto& [k, truth] : {std::pair{0u, 0.12}, {1u, 0.07}}) {
-    ASSERT_TRUE(is_identifiable(values[k])) << values[k].why;
-    EXPECT_LE(values[k].low, truth) << values[k].name;
-    EXPECT_GE(values[k].high, truth) << values[k].name;
-    EXPECT_NEAR(values[k].value, truth, 0.03) << values[k].name;
-  }
-  // The grid is coarse, and so is the field: 0.1 in log10 is a quarter. The preset's own amplitudes
-  // (0.11, 0.10) are no better on the lights that nothing was fitted to.
-  EXPECT_LT(fit.sets[0].rms_judged, 0.1);
-  EXPECT_NEAR(fit.log10_constant, -std::log10(50), 0.1);
-  EXPECT_EQ(fit.traced, 4 * 3 + 2);
-}
-
-TEST(AmplitudeFit, TooFewFactorsAreRefused) {
-  const std::vector<RealFactor> factors = {{{10, 10}, 3, 1.0}, {{90, 170}, 3, 1.0}};
-  EXPECT_EQ(message_of([&] { fit_amplitudes(coarse_preset(), factors); }),
-            "2 factors of light elevations 10 and 90 for 1 sets; expected more than two a set and "
-            "one");
 }
 
 }  // namespace

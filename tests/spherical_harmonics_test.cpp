@@ -41,7 +41,8 @@ std::vector<GaussPoint> gauss_points(unsigned count) {
 }
 
 TEST(SphericalHarmonics, AreOrthonormalToTheHighestDegree) {
-  // Products are of degree 16: 9 Gauss points in z and 17 equal steps in phi integrate them exactly.
+  // Products are of degree 16: 9 Gauss points in z and 17 equal steps in phi integrate them
+  // exactly.
   const int degree = highest_harmonic_degree;
   const std::size_t count = harmonic_count(degree);
   std::vector<double> products(count * count, 0.0);
@@ -55,7 +56,8 @@ TEST(SphericalHarmonics, AreOrthonormalToTheHighestDegree) {
   }
   // 153 terms of size 1, each rounded some ten times.
   for (std::size_t i = 0; i < count * count; ++i) {
-    EXPECT_NEAR(products[i], i / count == i % count ? 1 : 0, 1e-13) << i / count << " " << i % count;
+    EXPECT_NEAR(products[i], i / count == i % count ? 1 : 0, 1e-13)
+        << i / count << " " << i % count;
   }
 }
 
@@ -68,11 +70,15 @@ TEST(SphericalHarmonics, LowDegreesAreTheKnownPolynomials) {
     const double x = d.x(), y = d.y(), z = d.z();
     const double a = std::sqrt(1 / (4 * pi)), b = std::sqrt(3 / (4 * pi));
     const double c = std::sqrt(15 / (4 * pi)), e = std::sqrt(5 / (16 * pi));
-    const std::vector<double> expected = {a,         b * y,
-                                          b * z,     b * x,
-                                          c * x * y, c * y * z,
+    const std::vector<double> expected = {a,
+                                          b * y,
+                                          b * z,
+                                          b * x,
+                                          c * x * y,
+                                          c * y * z,
                                           e * (3 * z * z - 1),
-                                          c * x * z, c / 2 * (x * x - y * y)};
+                                          c * x * z,
+                                          c / 2 * (x * x - y * y)};
     const auto values = harmonics(2, d);
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(values[k], expected[k], 1e-15) << k;
   }
@@ -85,9 +91,9 @@ TEST(SphericalHarmonics, AllDegreesAreLegendresFunctions) {
       const auto values = harmonics(degree, at(z, phi));
       for (int l = 0; l <= degree; ++l) {
         for (int m = 0; m <= l; ++m) {
-          const double norm = std::sqrt((2 * l + 1) / (4 * pi) * std::tgamma(l - m + 1) /
-                                        std::tgamma(l + m + 1)) *
-                              (m > 0 ? std::sqrt(2.0) : 1);
+          const double norm =
+              std::sqrt((2 * l + 1) / (4 * pi) * std::tgamma(l - m + 1) / std::tgamma(l + m + 1)) *
+              (m > 0 ? std::sqrt(2.0) : 1);
           const double p =
               norm * std::assoc_legendre(static_cast<unsigned>(l), static_cast<unsigned>(m), z);
           EXPECT_NEAR(values[harmonic_index(l, m)], p * std::cos(m * phi), 1e-13) << l << " " << m;

@@ -19,13 +19,15 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-// A short fall and few instants: cheap, and the raggedness of the generator is at its largest.
+// Coarse in space and time: cheap, and the raggedness of the generator is at its largest.
 StreakRequest small_request() {
   Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml");
   preset.width_px = 8;
-  preset.slices = 12;
-  preset.field.base_cells = 8;
+  preset.slices = 64;
+  preset.spans_per_period = 2;
+  preset.field.base_cells = 6;
   preset.field.space_depth = 1;
+  preset.field.time_depth = 0;
   return shard_request(preset, {.oscillation = 0, .view_elevation_deg = 0});
 }
 
@@ -34,7 +36,6 @@ const std::vector<LightDirection> two_lights = {{10, 130}, {50, 110}};
 std::vector<MeasuredStreak> made_streaks(const StreakStart& drop, std::uint64_t seed,
                                          double level = 1) {
   StreakRequest request = small_request();
-  request.slices = 16;
   request.seed = seed;
   request.lights = two_lights;
   request.drop.modes = {{.n = 2, .m = 0, .amplitude = drop.a20, .phase_rad = drop.phase20_rad},

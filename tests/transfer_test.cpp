@@ -7,14 +7,13 @@
 namespace pluvia {
 namespace {
 
-// Two pixels, two bands, four transfer pictures: picture k holds k + 1 in band a and 10 (k + 1) in b,
-// its second pixel the negative of that; standard deviations 0.5 and 1.
+// Two pixels, two bands, four transfer pictures: picture k holds k + 1 in band a and 10 (k + 1) in
+// b, its second pixel the negative of that; standard deviations 0.5 and 1.
 Shard four_pictures() {
   Shard shard = {.width_px = 2, .height_px = 1, .bands = {"a", "b"}};
   for (int k = 1; k <= 4; ++k) {
     const float v = static_cast<float>(k);
-    shard.transfer.push_back(
-        {.mean = {v, -v, 10 * v, -10 * v}, .variance = {0.25f, 0.25f, 1, 1}});
+    shard.transfer.push_back({.mean = {v, -v, 10 * v, -10 * v}, .variance = {0.25f, 0.25f, 1, 1}});
   }
   return shard;
 }

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
-#include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include <ceres/ceres.h>
-#include <ceres/cubic_interpolation.h>
 #include <fmt/format.h>
 
 #include "oscillation/mode_estimates.h"
+#include "validate/amplitude_table.h"
 
 namespace pluvia {
 
@@ -21,128 +18,6 @@ namespace {
 constexpr int judged_elevation_deg = 50;
 constexpr double loss_width = 0.15;  // of log10: the size of the residuals of a good set
 
-// log10 of the brightest pixel of every light.
-using LogMaxima = std::vector<double>;
-
-struct Tracer {
-  StreakRequest request = {};
-  int traced = 0;
-
-  LogMaxima operator()(double a20, double a31, double phi_drop_deg, std::uint64_t seed) {
-    request.drop.modes.clear();
-    if (a20 != 0) request.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
-    if (a31 != 0) request.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
-    request.drop.phi_drop_rad = phi_drop_deg * std::numbers::pi / 180;
-    request.seed = seed;
-    const TracedStreak streak = trace_streak(request);
-    ++traced;
-    LogMaxima maxima;
-    for (std::size_t k = 0; k < streak.light.size(); ++k) {
-      const auto& mean = streak.light[k].mean;
-      const double brightest = *std::max_element(mean.begin(), mean.end());
-      if (!(brightest > 0)) {
-        throw std::runtime_error(fmt::format("{} of A20 = {}, A31 = {} is black; expected light",
-                                             light_name(request.lights[k]), a20, a31));
-      }
-      maxima.push_back(std::log10(brightest));
-    }
-    return maxima;
-  }
-  std::size_t light_index(const LightDirection& light) const {
-    const auto at = std::find(request.lights.begin(), request.lights.end(), light);
-    return static_cast<std::size_t>(at - request.lights.begin());
-  }
-};
-
-// For one phi_drop: values[light][a20 index * a31 count + a31 index].
-struct Table {
-  std::vector<std::vector<double>> values = {};
-};
-
-struct Tables {
-  AmplitudeGrid grid = {};
-  std::map<double, Table> of = {};  // by phi_drop_deg
-  double noise_square = 0;          // summed over entries
-  std::size_t entries = 0;
-
-  std::size_t nodes() const { return grid.a20.size() * grid.a31.size(); }
-  double step_20() const { return grid.a20[1] - grid.a20[0]; }
-  double step_31() const { return grid.a31[1] - grid.a31[0]; }
-};
-
-// The mean over the seeds; their spread goes into the tables' noise.
-LogMaxima node_value(Tracer& tracer, Tables& tables, double a20, double a31, double phi_drop_deg) {
-  std::vector<LogMaxima> samples;
-  for (int k = 0; k < tables.grid.seeds; ++k) {
-    samples.push_back(tracer(a20, a31, phi_drop_deg, 100 + static_cast<std::uint64_t>(k)));
-  }
-  LogMaxima mean(samples.front().size(), 0.0);
-  for (std::size_t light = 0; light < mean.size(); ++light) {
-    for (const LogMaxima& sample : samples) mean[light] += sample[light] / tables.grid.seeds;
-    double square = 0;
-    for (const LogMaxima& sample : samples) square += std::pow(sample[light] - mean[light], 2);
-    if (samples.size() > 1) {
-      // Of the mean of the seeds.
-      tables.noise_square += square / static_cast<double>(samples.size() * (samples.size() - 1));
-      ++tables.entries;
-    }
-  }
-  return mean;
-}
-
-// A31 = 0 has no direction: its column is traced once for all.
-Tables make_tables(Tracer& tracer, const std::set<double>& directions, const AmplitudeGrid& grid,
-                   const std::function<void(double)>& progress) {
-  Tables tables{.grid = grid};
-  const std::size_t columns = grid.a31.size(), lights = tracer.request.lights.size();
-  for (const double phi : directions) {
-    tables.of[phi].values.assign(lights, std::vector<double>(tables.nodes()));
-  }
-  const double total =
-      static_cast<double>(grid.a20.size() * ((columns - 1) * directions.size() + 1));
-  int done = 0;
-  const auto put = [&](double phi, std::size_t node, const LogMaxima& maxima) {
-    for (std::size_t k = 0; k < lights; ++k) tables.of[phi].values[k][node] = maxima[k];
-  };
-  for (std::size_t i = 0; i < grid.a20.size(); ++i) {
-    const LogMaxima level = node_value(tracer, tables, grid.a20[i], 0, 0);
-    if (progress) progress(++done / total);
-    for (const double phi : directions) {
-      put(phi, i * columns, level);
-      for (std::size_t j = 1; j < columns; ++j) {
-        put(phi, i * columns + j, node_value(tracer, tables, grid.a20[i], grid.a31[j], phi));
-        if (progress) progress(++done / total);
-      }
-    }
-  }
-  return tables;
-}
-
-using Grid = ceres::Grid2D<double, 1>;
-
-// log10(ours / theirs) of one factor, minus the unit.
-struct TableResidual {
-  Grid grid;
-  ceres::BiCubicInterpolator<Grid> surface;
-  double step_20 = 0, step_31 = 0, log_theirs = 0;
-
-  TableResidual(const Tables& tables, const std::vector<double>& values, double theirs)
-      : grid(values.data(), 0, static_cast<int>(tables.grid.a20.size()), 0,
-             static_cast<int>(tables.grid.a31.size())),
-        surface(grid),
-        step_20(tables.step_20()),
-        step_31(tables.step_31()),
-        log_theirs(std::log10(theirs)) {}
-
-  template <typename T>
-  bool operator()(const T* unit, const T* a20, const T* a31, T* residual) const {
-    T ours;
-    surface.Evaluate(a20[0] / step_20, a31[0] / step_31, &ours);
-    residual[0] = ours - log_theirs - unit[0];
-    return true;
-  }
-};
-
 // Of one set: its factors, and what is fitted.
 struct SetTask {
   const OscillationSet* set = nullptr;
@@ -150,10 +25,11 @@ struct SetTask {
   double a20 = 0, a31 = 0;
 };
 
-std::vector<SetTask> make_tasks(const Preset& preset, const std::vector<RealFactor>& factors) {
+std::vector<SetTask> make_tasks(const std::vector<OscillationSet>& sets,
+                                const std::vector<RealFactor>& factors) {
   std::vector<SetTask> tasks;
   std::size_t fitted = 0;
-  for (const OscillationSet& set : preset.sets) {
+  for (const OscillationSet& set : sets) {
     SetTask task{.set = &set};
     for (const RealFactor& factor : factors) {
       if (factor.oscillation != set.index) continue;
@@ -164,18 +40,27 @@ std::vector<SetTask> make_tasks(const Preset& preset, const std::vector<RealFact
     fitted += task.fitted.size();
     tasks.push_back(std::move(task));
   }
-  if (fitted <= 2 * tasks.size() + 1) {
+  // With one light fewer, for the jackknife, they must still be enough.
+  if (fitted <= 3 * tasks.size() + 1) {
     throw std::runtime_error(
         fmt::format("{} factors of light elevations 10 and 90 for {} sets; "
-                    "expected more than two a set and one",
+                    "expected more than three a set and one",
                     fitted, tasks.size()));
   }
   return tasks;
 }
 
+// Of any set: the number of lights that an amplitude rests on.
+std::size_t most_factors(const std::vector<SetTask>& tasks) {
+  std::size_t most = 0;
+  for (const SetTask& task : tasks) most = std::max(most, task.fitted.size());
+  return most;
+}
+
 // The node of the grid with the smallest sum of |residuals| (robust) in that unit.
-void start_from_best_node(const Tracer& tracer, const Tables& tables, double unit, SetTask& task) {
-  const Table& table = tables.of.at(task.set->phi_drop_deg);
+void start_from_best_node(const CountedModel& tracer, const AmplitudeTables& tables, double unit,
+                          SetTask& task) {
+  const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
   const std::size_t columns = tables.grid.a31.size();
   double least = -1;
   for (std::size_t node = 0; node < tables.nodes(); ++node) {
@@ -193,7 +78,8 @@ void start_from_best_node(const Tracer& tracer, const Tables& tables, double uni
 
 // Median of ours / theirs over all sets, each at the amplitudes of the preset nearest to a node:
 // where the search for starts begins.
-double first_unit(const Tracer& tracer, const Tables& tables, const std::vector<SetTask>& tasks) {
+double first_unit(const CountedModel& tracer, const AmplitudeTables& tables,
+                  const std::vector<SetTask>& tasks) {
   std::vector<double> ratios;
   const auto nearest = [](const std::vector<double>& grid, double value) {
     const auto at = std::min_element(grid.begin(), grid.end(), [&](double a, double b) {
@@ -204,7 +90,7 @@ double first_unit(const Tracer& tracer, const Tables& tables, const std::vector<
   for (const SetTask& task : tasks) {
     const std::size_t node = nearest(tables.grid.a20, task.set->a20) * tables.grid.a31.size() +
                              nearest(tables.grid.a31, task.set->a31);
-    const Table& table = tables.of.at(task.set->phi_drop_deg);
+    const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
     for (const RealFactor& factor : task.fitted) {
       ratios.push_back(table.values[tracer.light_index(factor.light)][node] -
                        std::log10(factor.factor));
@@ -221,11 +107,11 @@ struct Joint {
   std::size_t residuals = 0;
 };
 
-void build_joint(Joint& joint, const Tracer& tracer, const Tables& tables, double& unit,
-                 std::vector<SetTask>& tasks) {
+void build_joint(Joint& joint, const CountedModel& tracer, const AmplitudeTables& tables,
+                 double& unit, std::vector<SetTask>& tasks) {
   joint.parameters = {&unit};
   for (SetTask& task : tasks) {
-    const Table& table = tables.of.at(task.set->phi_drop_deg);
+    const AmplitudeTable& table = tables.of.at(task.set->phi_drop_deg);
     for (const RealFactor& factor : task.fitted) {
       const auto& values = table.values[tracer.light_index(factor.light)];
       auto* cost = new ceres::AutoDiffCostFunction<TableResidual, 1, 1, 1, 1>(
@@ -244,11 +130,12 @@ void build_joint(Joint& joint, const Tracer& tracer, const Tables& tables, doubl
 
 struct Solved {
   FitCovariance covariance = {};
+  std::vector<double> x = {};  // in the order of Joint::parameters
   int freedom = 1;
   bool converged = false;
 };
 
-Solved solve_joint(const Tracer& tracer, const Tables& tables, double& unit,
+Solved solve_joint(const CountedModel& tracer, const AmplitudeTables& tables, double& unit,
                    std::vector<SetTask>& tasks) {
   Joint joint;
   build_joint(joint, tracer, tables, unit, tasks);
@@ -268,12 +155,60 @@ Solved solve_joint(const Tracer& tracer, const Tables& tables, double& unit,
   // What is left over is mostly the model's, not noise: it makes the intervals as wide as it says.
   solved.covariance.matrix *= 2 * half_square / solved.freedom;
   solved.converged = summary.termination_type == ceres::CONVERGENCE;
+  for (const double* parameter : joint.parameters) solved.x.push_back(*parameter);
   return solved;
+}
+
+// Variances of the parameters by the jackknife over the lights: the fit is repeated without each of
+// them, from where it stands. It sees what the covariance cannot: residuals that go together, and a
+// table that bends between the solutions.
+std::vector<double> jackknife_variances(const CountedModel& tracer, const AmplitudeTables& tables,
+                                        double unit, const std::vector<SetTask>& tasks,
+                                        const Solved& solved) {
+  std::set<std::size_t> lights;
+  for (const SetTask& task : tasks) {
+    for (const RealFactor& factor : task.fitted) lights.insert(tracer.light_index(factor.light));
+  }
+  std::vector<double> sum(solved.x.size(), 0.0), square = sum;
+  for (const std::size_t left_out : lights) {
+    std::vector<SetTask> rest = tasks;
+    double rest_unit = unit;
+    for (SetTask& task : rest) {
+      std::erase_if(task.fitted, [&](const RealFactor& factor) {
+        return tracer.light_index(factor.light) == left_out;
+      });
+    }
+    const Solved again = solve_joint(tracer, tables, rest_unit, rest);
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      const double shift = again.x[k] - solved.x[k];
+      sum[k] += shift;
+      square[k] += shift * shift;
+    }
+  }
+  const double n = static_cast<double>(lights.size());
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    square[k] = (n - 1) / n * std::max(0.0, square[k] - sum[k] * sum[k] / n);
+  }
+  return square;
+}
+
+// The covariance's variances, or the jackknife's where they are larger; as certain as the number of
+// lights lets them be.
+void widen(Solved& solved, const std::vector<double>& variances, std::size_t lights) {
+  for (std::size_t k = 0; k < variances.size(); ++k) {
+    double& here =
+        solved.covariance.matrix(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k));
+    here = std::max(here, variances[k]);
+  }
+  solved.freedom = std::clamp(static_cast<int>(lights) - 1, 1, solved.freedom);
 }
 
 Estimate amplitude_estimate(const std::string& name, double value, double highest,
                             const Solved& solved, std::size_t index) {
   if (solved.covariance.free[index]) return undetermined(name, left_free);
+  if (value > highest - 1e-6) {
+    return undetermined(name, fmt::format("it would lie beyond {}, where the table ends", highest));
+  }
   const auto k = static_cast<Eigen::Index>(index);
   const double half = student_t_95(solved.freedom) * std::sqrt(solved.covariance.matrix(k, k));
   Estimate estimate = bounded_estimate(name, value, half, highest, "");
@@ -289,7 +224,7 @@ double rms(const std::vector<double>& values) {
 }
 
 // log10(ours / theirs) of those factors.
-std::vector<double> ratios(const Tracer& tracer, const LogMaxima& ours,
+std::vector<double> ratios(const CountedModel& tracer, const LogMaxima& ours,
                            const std::vector<RealFactor>& factors, double unit) {
   std::vector<double> values;
   for (const RealFactor& factor : factors) {
@@ -299,7 +234,7 @@ std::vector<double> ratios(const Tracer& tracer, const LogMaxima& ours,
 }
 
 // The sets as fitted and as the preset has them, traced with a seed that no table has seen.
-void judge(Tracer& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit) {
+void judge(CountedModel& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit) {
   constexpr std::uint64_t fresh_seed = 9001;
   std::vector<LogMaxima> before;
   double sum = 0;
@@ -321,35 +256,23 @@ void judge(Tracer& tracer, const std::vector<SetTask>& tasks, AmplitudeFit& fit)
   }
 }
 
-Tracer make_tracer(const Preset& preset, const std::vector<SetTask>& tasks) {
-  Tracer tracer{.request = shard_request(
-                    preset, {.oscillation = preset.sets.front().index, .view_elevation_deg = 0})};
-  tracer.request.lights.clear();
-  for (const SetTask& task : tasks) {
-    for (const auto* list : {&task.fitted, &task.judged}) {
-      for (const RealFactor& factor : *list) {
-        if (tracer.light_index(factor.light) < tracer.request.lights.size()) continue;
-        tracer.request.lights.push_back(factor.light);
-      }
-    }
-  }
-  return tracer;
-}
-
 }  // namespace
 
-AmplitudeFit fit_amplitudes(const Preset& preset, const std::vector<RealFactor>& factors,
+AmplitudeFit fit_amplitudes(const std::vector<OscillationSet>& sets,
+                            const std::vector<RealFactor>& factors, const AmplitudeModel& model,
                             const AmplitudeGrid& grid,
                             const std::function<void(double)>& progress) {
-  std::vector<SetTask> tasks = make_tasks(preset, factors);
-  Tracer tracer = make_tracer(preset, tasks);
+  std::vector<SetTask> tasks = make_tasks(sets, factors);
+  CountedModel tracer{model};
   std::set<double> directions;
   for (const SetTask& task : tasks) directions.insert(task.set->phi_drop_deg);
-  const Tables tables = make_tables(tracer, directions, grid, progress);
+  const AmplitudeTables tables = make_amplitude_tables(tracer, directions, grid, progress);
   AmplitudeFit fit;
   fit.log10_constant = first_unit(tracer, tables, tasks);
   for (SetTask& task : tasks) start_from_best_node(tracer, tables, fit.log10_constant, task);
-  const Solved solved = solve_joint(tracer, tables, fit.log10_constant, tasks);
+  Solved solved = solve_joint(tracer, tables, fit.log10_constant, tasks);
+  widen(solved, jackknife_variances(tracer, tables, fit.log10_constant, tasks, solved),
+        most_factors(tasks));
   fit.converged = solved.converged;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const SetTask& task = tasks[i];

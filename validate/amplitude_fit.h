@@ -10,6 +10,7 @@
 // streaks whose residuals are reported.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -43,9 +44,23 @@ struct AmplitudeFit {
   bool converged = true;
 };
 
-// progress: share done, 0 .. 1. Throws std::runtime_error without factors of elevation 10 or 90 of
-// the preset's sets, or where they are fewer than what is fitted.
-AmplitudeFit fit_amplitudes(const Preset& preset, const std::vector<RealFactor>& factors,
+// log10 of the brightest pixel of every light's streak.
+struct AmplitudeModel {
+  std::vector<LightDirection> lights = {};
+  std::function<std::vector<double>(double a20, double a31, double phi_drop_deg,
+                                    std::uint64_t seed)>
+      log_maxima = {};
+};
+
+// The lights of the factors, in streaks of the preset's camera elevation 0, traced. log_maxima
+// throws std::runtime_error for a streak that is black.
+AmplitudeModel traced_model(const Preset& preset, const std::vector<RealFactor>& factors);
+
+// phi_drop is that of the sets, and their amplitudes are what the fit is compared with. progress:
+// share done, 0 .. 1. Throws std::runtime_error without factors of elevation 10 or 90 of the sets,
+// or where they are too few for what is fitted; every factor's light must be one of the model's.
+AmplitudeFit fit_amplitudes(const std::vector<OscillationSet>& sets,
+                            const std::vector<RealFactor>& factors, const AmplitudeModel& model,
                             const AmplitudeGrid& grid = {},
                             const std::function<void(double)>& progress = {});
 

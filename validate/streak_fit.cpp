@@ -22,6 +22,7 @@ constexpr double degree = pi / 180;
 constexpr double largest_20 = 0.25, largest_31 = 0.13;
 constexpr double amplitude_step = 0.004;  // of differences: well above the generator's raggedness,
 constexpr double angle_step_rad = 0.04;   // and the same displacement at A31 = 0.1
+constexpr int generator_seeds = 8;        // from which the generator's noise is estimated
 constexpr double most_residual = 0.5;     // of the streaks' own features: no likeness left
 
 // With phases: a20, b20, a31, b31, phi_drop. Without: a20, A31 cos phi_drop, A31 sin phi_drop.
@@ -295,11 +296,10 @@ double distance(const StreakStart& a, const StreakStart& b) {
 // moves the minimum by -C J^T (difference of the features). The residuals hold that noise too, but
 // not as white noise: neighbouring rows share the instants that were traced.
 Eigen::MatrixXd generator_covariance(Comparison& comparison, const Minimum& best) {
-  constexpr int seeds = 4;
   const Eigen::MatrixXd& jacobian = best.jacobian;
   const std::uint64_t seed = comparison.request.seed;
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
-  for (int k = 1; k <= seeds; ++k) {
+  for (int k = 1; k <= generator_seeds; ++k) {
     comparison.request.seed = seed + static_cast<std::uint64_t>(k) * 7919u;
     const std::vector<double> there = comparison.residuals(best.x);
     Eigen::VectorXd change(jacobian.rows());
@@ -309,7 +309,7 @@ Eigen::MatrixXd generator_covariance(Comparison& comparison, const Minimum& best
     const Eigen::VectorXd shift = best.covariance.matrix * (jacobian.transpose() * change);
     // Of two traced streaks, the trial's and the other seed's: as between the trial and a measured
     // streak as noisy as it.
-    sum += shift * shift.transpose() / seeds;
+    sum += shift * shift.transpose() / generator_seeds;
   }
   comparison.request.seed = seed;
   return sum;
@@ -323,7 +323,9 @@ StreakFit describe(Comparison& comparison, std::vector<Minimum>& minima,
   StreakStart drop = start_of(best.x);
   const double n = static_cast<double>(comparison.measured.size());
   const double independent = n / feature_correlation;
-  const int freedom = std::max(1, static_cast<int>(independent) - static_cast<int>(best.x.size()));
+  // Two variances are added; the one that rests on fewer numbers decides.
+  const int freedom = std::clamp(static_cast<int>(independent) - static_cast<int>(best.x.size()), 1,
+                                 generator_seeds);
   // Of one residual, and what its neighbours' likeness adds to the covariance.
   // A streak compared with its own trial leaves nothing: rounding is the least.
   const double variance = std::max(1e-12, best.square / (n - static_cast<double>(best.x.size())));

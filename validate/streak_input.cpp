@@ -14,6 +14,10 @@ namespace {
 
 StreakInput read_from_shard(const std::string& file, const std::vector<std::string>& names) {
   const Shard shard = read_shard(file);
+  if (shard.bands.size() != 1) {
+    throw std::runtime_error(fmt::format("{}: {} bands; expected the one of a gn2006 database",
+                                         file, shard.bands.size()));
+  }
   StreakInput input{.view_elevation_deg = shard.key.view_elevation_deg,
                     .width_px = shard.width_px,
                     .height_px = shard.height_px};

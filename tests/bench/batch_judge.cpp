@@ -46,9 +46,11 @@ BatchVerdict judge_picture(const std::vector<double>& picture,
     for (std::size_t i = 0; i < d.size(); ++i) d[i] = picture[i] - d[i];
   }
   const Products error = products(differences), size = products(batches);
-  const auto dark = [](double square) { return square <= 0; };
-  if (dark(size.different) || std::any_of(size.without.begin(), size.without.end(), dark))
+  // Sums over batches that share no lit pixel are zero but for rounding.
+  const auto dark = [&](double square) { return square <= 1e-12 * size.own; };
+  if (dark(size.different) || std::any_of(size.without.begin(), size.without.end(), dark)) {
     return {};
+  }
   std::vector<double> without;
   for (std::size_t k = 0; k < batches.size(); ++k) {
     without.push_back(error.without[k] / size.without[k]);

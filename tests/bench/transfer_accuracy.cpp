@@ -105,8 +105,9 @@ void report(const std::string& preset_file, const std::vector<std::string>& maps
       const auto coefficients = harmonic_coefficients(environment.map, highest_harmonic_degree);
       const double projecting_s = cpu_s() - start_s;
       const Timed timed = trace(preset, key, environment);
-      fmt::print("set {}, {}: projected in {:.2f} s, traced in {:.2f} s; relRMSE by degree", oscillation,
-                 std::filesystem::path(file).stem().string(), projecting_s, timed.cpu_s);
+      fmt::print("set {}, {}: projected in {:.2f} s, traced in {:.2f} s; relRMSE by degree",
+                 oscillation, std::filesystem::path(file).stem().string(), projecting_s,
+                 timed.cpu_s);
       for (int degree = 0; degree <= highest_harmonic_degree; ++degree) {
         const Error error = error_at(preset, key, timed.streak, coefficients, degree);
         fmt::print(" {:.4f} ({:.4f})", error.relative(), error.most_negative);
