@@ -176,7 +176,7 @@ TEST(Glints, ASpheresAreTheClosedFormsIntensity) {
 
 TEST(Glints, AnOscillatingDropsAreTheLimitOfItsNarrowingCones) {
   // Cones of 0.05 degrees, in the same spans and grids (same seed). Lights far from folds differ by
-  // the flatness of the cone's pieces (6.7 % of a grid at worst, of independent signs over dozens
+  // the flatness of the cone's pieces (2.7 % of a grid at worst, of independent signs over dozens
   // of grids and lights: 1 %); near a fold, by what the replicates of both say: four times that.
   StreakRequest request =
       few_rows(1.6e-3, published_modes(0.11, 0.1), {{10, 150}, {-10, 140}, {10, 170}, {50, 100}});

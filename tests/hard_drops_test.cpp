@@ -21,13 +21,13 @@ double scattering_angle_rad(const LightDirection& light) {
                    std::cos(light.azimuth_deg * pi / 180));
 }
 
-// Against the closed form, for a drop that is a sphere all the time. One grid may be off by 6.7 %,
-// since pieces are flat when they bend by 5 % of the cone: the sides of what a cone lights bulge by
+// Against the closed form, for a drop that is a sphere all the time. One grid may be off by 2.7 %,
+// since pieces are flat when they bend by 2 % of the cone: the sides of what a cone lights bulge by
 // 2 / 3 of that on the mean, and an area by twice as much. The grids are turned and shifted
 // independently.
 void expect_a_sphere(const StreakRequest& request, const TracedStreak& streak, int grids) {
   expect_sound(request, streak);
-  const double bound = 2 * 0.05 * 2 / 3 / std::sqrt(grids);
+  const double bound = 2 * 0.02 * 2 / 3 / std::sqrt(grids);
   for (std::size_t k = 0; k < request.lights.size(); ++k) {
     const double expected = sphere_intensity_in_cone(
         1.333, 3, scattering_angle_rad(request.lights[k]), request.cone_half_angle_rad);

@@ -57,13 +57,13 @@ std::vector<double> fluxes(const DropInstant& drop, const ConeLights& lights,
   return fluxes(drop, lights, options, 80, 80, 160);
 }
 
-// A piece is flat when it bends by less than 5 % of the cone. The sides of what a cone lights then
+// A piece is flat when it bends by less than 2 % of the cone. The sides of what a cone lights then
 // bulge by 2 / 3 of that on the mean, and if all did so to the same side its area would be off by
 // twice that.
-constexpr double grid_error = 2 * 0.05 * 2 / 3;
+constexpr double grid_error = 2 * 0.02 * 2 / 3;
 
 // Mean over eight differently turned and shifted grids, whose errors are independent: grid_error /
-// sqrt(8) = 2.4 %.
+// sqrt(8) = 1 %.
 constexpr double dithered_error = grid_error / 2.8;
 std::vector<double> dithered_fluxes(const DropInstant& drop, const ConeLights& lights,
                                     FieldOptions options = {}) {
