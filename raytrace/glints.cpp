@@ -83,8 +83,7 @@ std::optional<Glint> glint_at(const PatchMap& map, const Frame& frame, const Vec
   const ConeVertex p = map(at.x(), at.y());
   if (!is_lit(p)) return std::nullopt;
   const Derivatives d = derivatives(map, frame, at);
-  const double light =
-      p.throughput * std::abs(d.picture.determinant() / d.plane.determinant());
+  const double light = p.throughput * std::abs(d.picture.determinant() / d.plane.determinant());
   if (!(light > 0) || !std::isfinite(light)) return std::nullopt;  // the fold itself
   return Glint{p.x, p.y, light};
 }
@@ -117,9 +116,9 @@ struct Finder {
     double most = 0;
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t n = line * (4 - stride);
-      most = std::max(most, (direction(s[n]) - 2 * direction(s[n + stride]) +
-                             direction(s[n + 2 * stride]))
-                                .norm());
+      most = std::max(
+          most,
+          (direction(s[n]) - 2 * direction(s[n + stride]) + direction(s[n + 2 * stride])).norm());
     }
     return most;
   }
@@ -202,7 +201,9 @@ std::optional<Glint> glint_in_triangle(const Vector3d& light, const ConeVertex& 
                                        const ConeVertex& b, const ConeVertex& c) {
   const Frame frame(light);
   const Vector2d pa = frame.across(a), pb = frame.across(b), pc = frame.across(c);
-  const auto edge = [](const Vector2d& p, const Vector2d& q) { return p.x() * q.y() - p.y() * q.x(); };
+  const auto edge = [](const Vector2d& p, const Vector2d& q) {
+    return p.x() * q.y() - p.y() * q.x();
+  };
   // Of an edge through the light itself, which is its left side: the two triangles that share the
   // edge name its ends in opposite order.
   const auto left = [&](const Vector2d& p, const Vector2d& q) {
@@ -212,11 +213,13 @@ std::optional<Glint> glint_in_triangle(const Vector3d& light, const ConeVertex& 
   if (left(pa, pb) != left(pb, pc) || left(pb, pc) != left(pc, pa)) return std::nullopt;
   // Shares of the corners, and the doubled solid angle over the squared length.
   const double wa = edge(pb, pc), wb = edge(pc, pa), wc = edge(pa, pb), sum = wa + wb + wc;
-  const auto mixed = [&](double ConeVertex::* q) { return (wa * a.*q + wb * b.*q + wc * c.*q) / sum; };
-  const ConeVertex p = {mixed(&ConeVertex::dx),         mixed(&ConeVertex::dy),
-                        mixed(&ConeVertex::dz),         mixed(&ConeVertex::x),
-                        mixed(&ConeVertex::y),          mixed(&ConeVertex::throughput),
-                        mixed(&ConeVertex::facing),     mixed(&ConeVertex::margin)};
+  const auto mixed = [&](double ConeVertex::*q) {
+    return (wa * a.*q + wb * b.*q + wc * c.*q) / sum;
+  };
+  const ConeVertex p = {mixed(&ConeVertex::dx),     mixed(&ConeVertex::dy),
+                        mixed(&ConeVertex::dz),     mixed(&ConeVertex::x),
+                        mixed(&ConeVertex::y),      mixed(&ConeVertex::throughput),
+                        mixed(&ConeVertex::facing), mixed(&ConeVertex::margin)};
   const double along = frame.along(p);
   const double area = std::abs((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y));
   const double glint = p.throughput * area * along * along / std::abs(sum);

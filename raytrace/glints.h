@@ -5,8 +5,8 @@
 //
 // A the area in the picture, Omega the exit directions' solid angle: the limit of a cone's flux as
 // it shrinks. What it cannot promise: at a fold of the map (a caustic) dA / dOmega has no bound.
-// The light that passes through a pixel during an exposure stays finite, since folds move, but a sum
-// over moments converges to it only slowly there, like the mean of draws from a distribution
+// The light that passes through a pixel during an exposure stays finite, since folds move, but a
+// sum over moments converges to it only slowly there, like the mean of draws from a distribution
 // without variance; two glints that are about to merge there, closer than 2^-12 of a cell, may be
 // missed. Light directions away from folds converge as those of cones do.
 #pragma once

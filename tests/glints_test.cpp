@@ -63,9 +63,9 @@ TEST(Glints, LightsOnEdgesAndCornersOfPatchesCountOnce) {
       std::size_t count = 0;
       for (const int i : {0, 1}) {
         for (const int j : {0, 1}) {
-          count += glints_of([&](double u, double v) { return whole(i + u, j + v); },
-                             toward(p.dx, p.dy))
-                       .size();
+          count +=
+              glints_of([&](double u, double v) { return whole(i + u, j + v); }, toward(p.dx, p.dy))
+                  .size();
         }
       }
       EXPECT_EQ(count, 1u) << x << ", " << y;
@@ -86,7 +86,8 @@ TEST(Glints, AFoldHasTwoOnOneSideAndNoneOnTheOther) {
     EXPECT_TRUE(glints_of(map, toward(-e, 0.01)).empty()) << e;
   }
   // At the fold itself nothing or something finite.
-  for (const Glint& glint : glints_of(map, toward(0, 0.01))) EXPECT_TRUE(std::isfinite(glint.light));
+  for (const Glint& glint : glints_of(map, toward(0, 0.01)))
+    EXPECT_TRUE(std::isfinite(glint.light));
 }
 
 TEST(Glints, WhatIsHiddenDarkOrBehindIsNone) {
@@ -175,10 +176,10 @@ TEST(Glints, ASpheresAreTheClosedFormsIntensity) {
 
 TEST(Glints, AnOscillatingDropsAreTheLimitOfItsNarrowingCones) {
   // Cones of 0.05 degrees, in the same spans and grids (same seed). Lights far from folds differ by
-  // the flatness of the cone's pieces (6.7 % of a grid at worst, of independent signs over dozens of
-  // grids and lights: 1 %); near a fold, by what the replicates of both say: four times that.
-  StreakRequest request = few_rows(1.6e-3, published_modes(0.11, 0.1),
-                                   {{10, 150}, {-10, 140}, {10, 170}, {50, 100}});
+  // the flatness of the cone's pieces (2.7 % of a grid at worst, of independent signs over dozens
+  // of grids and lights: 1 %); near a fold, by what the replicates of both say: four times that.
+  StreakRequest request =
+      few_rows(1.6e-3, published_modes(0.11, 0.1), {{10, 150}, {-10, 140}, {10, 170}, {50, 100}});
   request.spans_per_period = 6;
   request.slices = 24;
   StreakRequest narrow = request;

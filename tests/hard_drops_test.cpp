@@ -21,13 +21,13 @@ double scattering_angle_rad(const LightDirection& light) {
                    std::cos(light.azimuth_deg * pi / 180));
 }
 
-// Against the closed form, for a drop that is a sphere all the time. One grid may be off by 6.7 %,
-// since pieces are flat when they bend by 5 % of the cone: the sides of what a cone lights bulge by
+// Against the closed form, for a drop that is a sphere all the time. One grid may be off by 2.7 %,
+// since pieces are flat when they bend by 2 % of the cone: the sides of what a cone lights bulge by
 // 2 / 3 of that on the mean, and an area by twice as much. The grids are turned and shifted
 // independently.
 void expect_a_sphere(const StreakRequest& request, const TracedStreak& streak, int grids) {
   expect_sound(request, streak);
-  const double bound = 2 * 0.05 * 2 / 3 / std::sqrt(grids);
+  const double bound = 2 * 0.02 * 2 / 3 / std::sqrt(grids);
   for (std::size_t k = 0; k < request.lights.size(); ++k) {
     const double expected = sphere_intensity_in_cone(
         1.333, 3, scattering_angle_rad(request.lights[k]), request.cone_half_angle_rad);
@@ -95,8 +95,8 @@ TEST(HardDrops, AQuarterPeriodOfALargeDropAgreesWithBruteForce) {
 
 TEST(HardDrops, ModesOfDegreeEightAgreeWithBruteForce) {
   // P_{8,5} reaches 2e5 and P_{8,8} 2e6: amplitudes of some per cent of r0 all the same.
-  StreakRequest request = few_rows(1.6e-3, {{8, 0, 0.03, 1}, {8, 5, 1e-7, 2}, {8, 8, 1e-8, 0}},
-                                   lights);
+  StreakRequest request =
+      few_rows(1.6e-3, {{8, 0, 0.03, 1}, {8, 5, 1e-7, 2}, {8, 8, 1e-8, 0}}, lights);
   request.exposure_s = 2e-3;
   const TracedStreak streak = trace_streak(request);
   expect_sound(request, streak);
@@ -113,14 +113,14 @@ TEST(HardDrops, ExposureOfAMicrosecondIsTheDropAtShutterOpen) {
 }
 
 TEST(HardDrops, ExposureOfASecondAgreesWithBruteForce) {
-  // 60 periods of mode 2, 117 of mode 3.
-  StreakRequest request = few_rows(1.6e-3, published_modes(0.11, 0.1), lights);
+  // 60 periods of mode 2. Coarser spans or a time depth of 0 would be too coarse for light 2: its
+  // total reflection comes and goes.
+  StreakRequest request = few_rows(1.6e-3, published_modes(0.11, 0), lights);
   request.exposure_s = 1;
-  request.spans_per_period = 3;
-  request.slices = 800;
+  request.spans_per_period = 4;
+  request.slices = 1000;
   request.field.base_cells = 8;
-  request.field.space_depth = 0;
-  request.field.time_depth = 0;
+  request.field.space_depth = 1;
   const TracedStreak streak = trace_streak(request);
   expect_sound(request, streak);
   expect_brute_force_agrees(request, streak, judge);
@@ -174,8 +174,7 @@ TEST(HardDrops, ViewAlongTheFallIsRoundForADropThatIs) {
     expect_sound(request, streak);
     const double first = sum(streak.light[0].mean);
     for (std::size_t k = 1; k < 4; ++k) {
-      const double error =
-          std::sqrt(sum(streak.light[0].variance) + sum(streak.light[k].variance));
+      const double error = std::sqrt(sum(streak.light[0].variance) + sum(streak.light[k].variance));
       EXPECT_NEAR(sum(streak.light[k].mean), first, 5 * error + 0.005 * first) << view << ", " << k;
     }
     expect_brute_force_agrees(request, streak, judge);

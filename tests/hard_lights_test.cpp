@@ -57,13 +57,13 @@ std::vector<double> fluxes(const DropInstant& drop, const ConeLights& lights,
   return fluxes(drop, lights, options, 80, 80, 160);
 }
 
-// A piece is flat when it bends by less than 5 % of the cone. The sides of what a cone lights then
+// A piece is flat when it bends by less than 2 % of the cone. The sides of what a cone lights then
 // bulge by 2 / 3 of that on the mean, and if all did so to the same side its area would be off by
 // twice that.
-constexpr double grid_error = 2 * 0.05 * 2 / 3;
+constexpr double grid_error = 2 * 0.02 * 2 / 3;
 
 // Mean over eight differently turned and shifted grids, whose errors are independent: grid_error /
-// sqrt(8) = 2.4 %.
+// sqrt(8) = 1 %.
 constexpr double dithered_error = grid_error / 2.8;
 std::vector<double> dithered_fluxes(const DropInstant& drop, const ConeLights& lights,
                                     FieldOptions options = {}) {
@@ -133,9 +133,9 @@ TEST(HardLights, OnAGridVertexAreTheClosedFormAndWhatIsBeside) {
 }
 
 TEST(HardLights, AGlintOnAPixelsEdgeIsCountedOnce) {
-  // Shifts put the glint of reflection, at the half-way normal, on the middle of a pixel, on an edge
-  // and on a corner, and one rounding beside it. The sum over the picture stays, up to the sum's
-  // rounding and those of a narrow sliver's area.
+  // Shifts put the glint of reflection, at the half-way normal, on the middle of a pixel, on an
+  // edge and on a corner, and one rounding beside it. The sum over the picture stays, up to the
+  // sum's rounding and those of a narrow sliver's area.
   const double cone = 0.5 * degree;
   const ConeLights lights = {.directions = {light_direction(30, 60)}, .half_angle_rad = cone};
   const Eigen::Vector3d half = (lights.directions[0] + Eigen::Vector3d(1, 0, 0)).normalized();
@@ -170,8 +170,8 @@ TEST(HardLights, NearGrazingRaysHaveFresnelsShares) {
   for (const double cosine : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-15}) {
     const double impact = std::sqrt(1 - cosine * cosine);
     for_exits_at_impact(impact, cosine, 1.333, [&](const HitExits& traced) {
-      double total = traced.remainder.beyond_order + traced.remainder.given_up +
-                     traced.remainder.lost;
+      double total =
+          traced.remainder.beyond_order + traced.remainder.given_up + traced.remainder.lost;
       for (const PathExit& exit : traced.exits) {
         ASSERT_TRUE(exit.direction.allFinite());
         ASSERT_NEAR(exit.direction.norm(), 1, 1e-14);
@@ -202,8 +202,8 @@ TEST(HardLights, NearCriticalRaysKeepTheirPower) {
       const InterfaceExit exit = leave_interface(true, d, normal, 0.5, 0.5, 1.333);
       ASSERT_TRUE(exit.direction.allFinite() && std::isfinite(exit.throughput));
       EXPECT_GE(exit.throughput, 0);
-      // ct^2 = 2 n^2 sin i cos i offset = 1.76 offset; 1 - R is 4 ct / (n cos i) = 4.6 ct for s, n^2
-      // times that, 8.1 ct, for p. ct^2 itself is known to some roundings, 1e-15.
+      // ct^2 = 2 n^2 sin i cos i offset = 1.76 offset; 1 - R is 4 ct / (n cos i) = 4.6 ct for s,
+      // n^2 times that, 8.1 ct, for p. ct^2 itself is known to some roundings, 1e-15.
       const double ct = std::sqrt(1.77 * offset + 1e-15);
       EXPECT_LE(std::abs(exit.direction.x()), ct) << i;
       EXPECT_LE(exit.throughput, 6.4 * ct) << i;
@@ -301,8 +301,8 @@ TEST(HardLights, AStrongIndexIsTheClosedForm) {
 
 // Share of the circle of scattering angle `angle` that lies within `cone` of a point at `centre`.
 double circle_share(double angle, double centre, double cone) {
-  const double c = (std::cos(cone) - std::cos(angle) * std::cos(centre)) /
-                   (std::sin(angle) * std::sin(centre));
+  const double c =
+      (std::cos(cone) - std::cos(angle) * std::cos(centre)) / (std::sin(angle) * std::sin(centre));
   return std::acos(std::clamp(c, -1.0, 1.0)) / pi;
 }
 
