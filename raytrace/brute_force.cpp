@@ -5,6 +5,7 @@
 #include <cmath>
 #include <mutex>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -12,6 +13,8 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/embree_drop.h"
+#include "raytrace/wide_intersect.h"
+#include "raytrace/wide_paths.h"
 
 namespace pluvia {
 
@@ -113,11 +116,19 @@ struct Replicate {
   double rays = 0;
 };
 
+// Along the view, and where its light goes.
+struct CameraRay {
+  Eigen::Vector3d from_m = {0, 0, 0};
+  std::size_t pixel = 0;
+};
+
 struct BruteJob {
   const StreakRequest& request;
   const BruteOptions& options;
   const EmbreeDrop& embree;
   double half_side_m = 0;
+  double weight = 0;  // of a ray: the area that it stands for [px], over the number of them
+  double cone_cosine = 0, cone_radiance = 0;
   std::vector<Eigen::Vector3d> lights = {};
 
   std::size_t plane_size() const {
@@ -140,46 +151,81 @@ struct BruteJob {
 
   void trace_instant(double share, double shift_x, double shift_y, Replicate& sums) const {
     const DropInstant drop = drop_at(request.drop, share * request.exposure_s);
-    const Follower follower{drop, embree, request.field.paths};
     const View view = view_from_elevation(request.view_elevation_deg);
+    std::vector<CameraRay> rays;
     // Kronecker sequence of the plastic number (Roberts): low discrepancy in two dimensions.
     constexpr double a1 = 0.7548776662466927, a2 = 0.5698402909980532;
     for (int i = 0; i < options.rays_per_instant; ++i) {
       const double sx = std::fmod(shift_x + a1 * i, 1.0), sy = std::fmod(shift_y + a2 * i, 1.0);
       const double x = (2 * sx - 1) * half_side_m, y = (2 * sy - 1) * half_side_m;
-      trace_ray(follower, view, share, x, y, sums);
+      const Eigen::Vector3d from = x * view.right + y * view.up + 4 * half_side_m * view.to_camera;
+      if (const auto pixel = pixel_of(share, x, y)) rays.push_back({from, *pixel});
+    }
+    if (options.follower == RayFollower::wide) {
+      follow_wide(drop, view, rays, sums);
+    } else {
+      for (const CameraRay& ray : rays) follow_one(drop, view, ray, sums);
     }
   }
 
-  void trace_ray(const Follower& follower, const View& view, double share, double x, double y,
-                 Replicate& sums) const {
+  std::optional<std::size_t> pixel_of(double share, double x_m, double y_m) const {
     const StreakFrame& frame = request.frame;
-    const Eigen::Vector3d origin = x * view.right + y * view.up + 4 * half_side_m * view.to_camera;
-    const auto hit = embree.intersect(follower.drop, origin, -view.to_camera, RaySide::outside);
-    if (!hit) return;
-    ++sums.rays;
-    const double column = frame.centre_column + x / frame.pixel_m;
-    const double row = frame.path_top_row + frame.path_rows * share - y / frame.pixel_m;
+    const double column = frame.centre_column + x_m / frame.pixel_m;
+    const double row = frame.path_top_row + frame.path_rows * share - y_m / frame.pixel_m;
     const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
-    if (c < 0 || c >= frame.width_px || r < 0 || r >= frame.height_px) return;
-    const std::size_t pixel =
-        static_cast<std::size_t>(r) * static_cast<std::size_t>(frame.width_px) +
-        static_cast<std::size_t>(c);
-    const double weight = std::pow(2 * half_side_m / frame.pixel_m, 2) /
-                          (static_cast<double>(options.rays_per_instant) * options.instants);
-    const double cosine = std::cos(request.cone_half_angle_rad);
-    const double sine = std::sin(request.cone_half_angle_rad);
-    const double radiance = 1 / (std::numbers::pi * sine * sine);
-    double* env = sums.pixels.data() + lights.size() * plane_size();
-    env[plane_size() + pixel] += weight;
-    Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
-    follower.follow(ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
-      env[pixel] += weight * power;
-      for (std::size_t k = 0; k < lights.size(); ++k) {
-        if (lights[k].dot(direction) < cosine) continue;
-        sums.pixels[k * plane_size() + pixel] += weight * power * radiance;
+    if (c < 0 || c >= frame.width_px || r < 0 || r >= frame.height_px) return std::nullopt;
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(frame.width_px) +
+           static_cast<std::size_t>(c);
+  }
+
+  void follow_one(const DropInstant& drop, const View& view, const CameraRay& camera_ray,
+                  Replicate& sums) const {
+    const auto hit =
+        embree.intersect(drop, camera_ray.from_m, -view.to_camera, RaySide::outside);
+    if (!hit) return;
+    add_hit(camera_ray.pixel, sums);
+    const Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
+    Follower{drop, embree, request.field.paths}.follow(
+        ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
+          add_exit(camera_ray.pixel, direction, power, sums);
+        });
+  }
+
+  void follow_wide(const DropInstant& drop, const View& view, const std::vector<CameraRay>& rays,
+                   Replicate& sums) const {
+    const Isa isa = request.field.isa;
+    std::vector<DropRay> starts;
+    for (const CameraRay& ray : rays) starts.push_back({ray.from_m, -view.to_camera});
+    const auto met = intersect_drop_of(drop, starts, RaySide::outside, isa);
+    std::vector<CameraHit> hits;
+    std::vector<std::size_t> pixels;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      if (!met[k]) continue;
+      add_hit(rays[k].pixel, sums);
+      hits.push_back({met[k]->position, met[k]->normal});
+      pixels.push_back(rays[k].pixel);
+    }
+    const HitExits traced = trace_exits_of(drop, hits, view.to_camera, request.field.paths, isa);
+    for (std::size_t k = 0; k < hits.size(); ++k) {
+      for (std::uint32_t e = traced.first_exit[k]; e < traced.first_exit[k + 1]; ++e) {
+        add_exit(pixels[k], traced.exits[e].direction, traced.exits[e].throughput, sums);
       }
-    });
+    }
+  }
+
+  void add_hit(std::size_t pixel, Replicate& sums) const {
+    ++sums.rays;
+    sums.pixels[(lights.size() + 1) * plane_size() + pixel] += weight;
+  }
+
+  void add_exit(std::size_t pixel, const Eigen::Vector3d& direction, double power,
+                Replicate& sums) const {
+    const double value = weight * power;
+    sums.pixels[lights.size() * plane_size() + pixel] += value;
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+      if (lights[k].dot(direction) < cone_cosine) continue;
+      sums.pixels[k * plane_size() + pixel] += value * cone_radiance;
+    }
   }
 };
 
@@ -226,6 +272,11 @@ BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions&
   const double radius = 1.02 * bound * request.drop.mean_radius_m;
   const EmbreeDrop embree(radius);
   BruteJob job{request, options, embree, radius};
+  job.weight = std::pow(2 * radius / request.frame.pixel_m, 2) /
+               (static_cast<double>(options.rays_per_instant) * options.instants);
+  const double sine = std::sin(request.cone_half_angle_rad);
+  job.cone_cosine = std::cos(request.cone_half_angle_rad);
+  job.cone_radiance = 1 / (std::numbers::pi * sine * sine);
   for (const LightDirection& l : request.lights) {
     job.lights.push_back(light_direction(l.elevation_deg, l.azimuth_deg));
   }

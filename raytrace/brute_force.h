@@ -1,7 +1,9 @@
 // The judge of the exit field: camera rays through the picture at random times, followed through
-// the drop and counted where they leave within a light's cone. Shares nothing with the field but
-// the intersection (and that through Embree): its own path follower, and polarisation as Stokes
-// vectors with Mueller matrices instead of fields.
+// the drop and counted where they leave within a light's cone. By itself it shares nothing with the
+// field but the intersection (and that through Embree): its own path follower, and polarisation as
+// Stokes vectors with Mueller matrices instead of fields. The same rays may be followed by the
+// field's own tracer, several at a time: eight times as many for the same time, and what counting
+// rays is fairly compared with.
 //
 // Each replicate is a randomly shifted low-discrepancy point set in (x, y, t); the spread of the
 // replicates gives an unbiased variance of their mean, per pixel and per light's flux.
@@ -14,11 +16,17 @@
 
 namespace pluvia {
 
+enum class RayFollower {
+  independent,  // Embree and Mueller matrices, one ray after the other
+  wide          // raytrace/wide_paths.h, with the field options' instruction set
+};
+
 struct BruteOptions {
   int replicates = 16;          // >= 2
   int instants = 256;           // stratified times per replicate
   int rays_per_instant = 2000;  // over the drop's bounding square
   std::uint64_t seed = 7;
+  RayFollower follower = RayFollower::independent;
 };
 
 struct Estimate {
@@ -36,7 +44,7 @@ struct BruteStreak {
 };
 
 // Throws std::invalid_argument for a cone of half angle 0: no ray meets a point.
-// The request's field options are used for their path options only. Same bytes for any thread
+// Of the request's field options only those of the paths and the instruction set are used. Same bytes for any thread
 // count. `progress` gets the share done, 0 .. 1, from one thread at a time.
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
                                const std::function<void(double)>& progress = {});

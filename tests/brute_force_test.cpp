@@ -89,6 +89,32 @@ TEST(BruteForce, SphereScattersAsTheClosedFormTells) {
   EXPECT_NEAR(brute.coverage_flux.mean, disc_px, 4 * brute.coverage_flux.standard_error);
 }
 
+TEST(BruteForce, BothFollowersSeeTheSameLight) {
+  // The same 25,000 rays. Powers agree to 1e-9; a ray within rounding of a cone's side, or of a
+  // break of its map, may fall on either side of it: at most one such ray in each light.
+  StreakRequest request = short_request(0.3, 0.2);
+  request.lights = {{10, 150}, {-30, 150}, {10, 90}, {30, 30}, {70, 110}, {90, 170}, {-90, 170}};
+  BruteOptions options = {.replicates = 2, .instants = 25, .rays_per_instant = 500};
+  const BruteStreak ours = brute_force_streak(request, options);
+  options.follower = RayFollower::wide;
+  for (const Isa isa : {Isa::scalar, best_isa()}) {
+    request.field.isa = isa;
+    const BruteStreak wide = brute_force_streak(request, options);
+    EXPECT_EQ(wide.rays, ours.rays);
+    EXPECT_EQ(wide.coverage.mean, ours.coverage.mean);
+    EXPECT_NEAR(wide.env_flux.mean, ours.env_flux.mean, 1e-3 * ours.env_flux.mean);
+    for (std::size_t k = 0; k < request.lights.size(); ++k) {
+      std::size_t unequal = 0;
+      for (std::size_t i = 0; i < ours.light[k].mean.size(); ++i) {
+        const float a = ours.light[k].mean[i], b = wide.light[k].mean[i];
+        if (std::abs(a - b) > 1e-6f * std::max(a, b)) ++unequal;
+      }
+      EXPECT_LE(unequal, 1u) << "light " << k;
+      EXPECT_GT(ours.flux[k].mean, 0) << "light " << k;
+    }
+  }
+}
+
 TEST(BruteForce, SameBytesForAnyThreadCountAndProgressRisesToOne) {
   StreakRequest request = short_request(0.11, 0.1);
   request.lights = {{10, 150}, {10, 30}};

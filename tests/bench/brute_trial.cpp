@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "raytrace/brute_force.h"
 
 namespace pluvia {
 
@@ -54,14 +53,16 @@ BruteOptions batch_options(const TrialOptions& options) {
   return {.replicates = 2,
           .instants = options.instants,
           .rays_per_instant = options.rays_per_instant,
-          .seed = 1};
+          .seed = 1,
+          .follower = options.follower};
 }
 
 BruteOptions quarter_options(const TrialOptions& options) {
   return {.replicates = 2,
           .instants = options.instants / 2,
           .rays_per_instant = options.rays_per_instant / 2,
-          .seed = 1000003};  // beyond every batch's
+          .seed = 1000003,  // beyond every batch's
+          .follower = options.follower};
 }
 
 void add_batch(const Work& work, BruteOptions options, Batches& batches) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "raytrace/brute_force.h"
 #include "tests/bench/batch_judge.h"
 #include "tests/bench/shard_choice.h"
 
@@ -26,6 +27,7 @@ struct TrialOptions {
   int instants = 1024;                   // of half a batch, >= 2
   int rays_per_instant = 2000;           // over the drop's bounding square, >= 2
   double brute_cpu_s = 600;              // of all batches, at most (but at least `batches`)
+  RayFollower follower = RayFollower::wide;
 };
 
 enum Scale : std::size_t { pixels, rows, scales };

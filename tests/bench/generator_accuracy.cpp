@@ -3,16 +3,14 @@
 //
 // Errors are relative to the finer run and hold its own error, too: that is printed as its
 // estimate. It has another seed, so that its grids are turned otherwise.
-#include <cmath>
 #include <cstdio>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "atlas/atomic_file.h"
-#include "tests/bench/batch_judge.h"
+#include "tests/bench/light_errors.h"
 #include "tests/bench/shard_choice.h"
 
 namespace pluvia {
@@ -22,14 +20,6 @@ struct AccuracyFlags {
   ShardFlags shards = {};
   std::string reference = {};
   std::vector<std::string> settings = {""};
-};
-
-struct LightError {
-  std::string shard = {}, light = {};
-  double flux = 0;        // of the reference, sum over its pixels
-  double image = 0;       // relative RMSE
-  double flux_error = 0;  // relative, signed
-  double estimate = 0;    // of the relative error, by the run itself
 };
 
 // One setting, all shards.
@@ -59,24 +49,6 @@ StreakRequest reference_of(const AccuracyFlags& flags, const StreakRequest& requ
   return reference;
 }
 
-LightError compare(const StreakImage& ours, const StreakImage& reference) {
-  double difference = 0, size = 0, flux = 0, variance = 0;
-  LightError error;
-  for (std::size_t i = 0; i < ours.mean.size(); ++i) {
-    const double a = ours.mean[i], b = reference.mean[i];
-    difference += (a - b) * (a - b);
-    size += b * b;
-    flux += a;
-    error.flux += b;
-    variance += ours.variance[i];
-  }
-  if (size == 0) return error;
-  error.image = std::sqrt(difference / size);
-  error.flux_error = flux / error.flux - 1;
-  error.estimate = std::sqrt(variance / size);
-  return error;
-}
-
 TracedStreak timed_trace(const StreakRequest& request, Outcome& outcome) {
   const double start_s = cpu_s();
   TracedStreak streak = trace_streak(request);
@@ -88,7 +60,7 @@ TracedStreak timed_trace(const StreakRequest& request, Outcome& outcome) {
 void add_errors(const ChosenShard& shard, const TracedStreak& streak, const TracedStreak& reference,
                 Outcome& outcome) {
   for (std::size_t k = 0; k < streak.light.size(); ++k) {
-    LightError error = compare(streak.light[k], reference.light[k]);
+    LightError error = light_error(streak.light[k], reference.light[k]);
     if (error.flux == 0) {
       ++outcome.dark;
       continue;
@@ -99,32 +71,13 @@ void add_errors(const ChosenShard& shard, const TracedStreak& streak, const Trac
   }
 }
 
-// Median, 90th percentile and greatest, in per cent.
-std::string spread(const Outcome& outcome, const std::function<double(const LightError&)>& of) {
-  std::vector<double> values;
-  for (const LightError& error : outcome.errors) values.push_back(100 * std::abs(of(error)));
-  if (values.empty()) return "none";
-  return fmt::format("{:.2f} / {:.2f} / {:.2f}", quantile(values, 0.5), quantile(values, 0.9),
-                     quantile(values, 1));
-}
-
-// Of all lights and shards together.
-double total_flux_error(const Outcome& outcome) {
-  double flux = 0, difference = 0;
-  for (const LightError& error : outcome.errors) {
-    flux += error.flux;
-    difference += error.flux * error.flux_error;
-  }
-  return flux > 0 ? difference / flux : 0;
-}
-
 void print_outcome(const Outcome& outcome) {
   fmt::print("{:<40} {:8.2f} {:10}  {:<22} {:<22} {:<22} {:+.3f}{}\n", outcome.setting,
              outcome.used_s, outcome.nodes,
-             spread(outcome, [](const LightError& e) { return e.image; }),
-             spread(outcome, [](const LightError& e) { return e.flux_error; }),
-             spread(outcome, [](const LightError& e) { return e.estimate; }),
-             100 * total_flux_error(outcome),
+             spread(outcome.errors, &LightError::image),
+             spread(outcome.errors, &LightError::flux_error),
+             spread(outcome.errors, &LightError::estimate),
+             100 * total_flux_error(outcome.errors),
              outcome.dark > 0 ? fmt::format("  ({} dark lights left out)", outcome.dark) : "");
   std::fflush(stdout);
 }

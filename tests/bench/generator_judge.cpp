@@ -27,6 +27,7 @@ struct JudgeFlags {
   ShardFlags shards = {};
   std::string setting = {};
   TrialOptions trial = {.lights = twelve_lights};
+  bool independent = false;
 };
 
 bool is_far(const SpeedRatio& ratio) {
@@ -185,6 +186,11 @@ int main(int argc, char** argv) {
   app.add_option("--brute-cpu-s", trial.brute_cpu_s, "of a shard's batches, at most")
       ->check(pluvia::finite_range(0, 1e9))
       ->capture_default_str();
+  app.add_flag("--independent", flags.independent,
+               "follow rays one by one with Embree and Mueller matrices, not as the field does");
   app.footer("example: generator_judge data/presets/preview.toml --width-px 8 --brute-cpu-s 60");
-  return pluvia::run_judge(app, flags.shards, argc, argv, [&] { pluvia::judge(flags); });
+  return pluvia::run_judge(app, flags.shards, argc, argv, [&] {
+    if (flags.independent) trial.follower = pluvia::RayFollower::independent;
+    pluvia::judge(flags);
+  });
 }
