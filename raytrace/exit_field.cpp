@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <unordered_map>
+
+#include <Eigen/Geometry>
 
 #include "raytrace/wide_intersect.h"
 #include "raytrace/wide_paths.h"
@@ -26,10 +29,18 @@ double least_facing_of_exits(double refractive_index) {
   return std::max(least_facing, -0.71 * std::sqrt(n2 - 1) / n2);
 }
 
-// A path with less light than this share (reflection at normal incidence) is followed less finely:
-// its map may bend more in proportion, and where it breaks, every halving of its light saves one
-// halving of the cell.
-constexpr double faint_throughput = 0.02;
+// A path counts fully where it passes this share of the light (reflection at normal incidence), or
+// gives as much of some light's whole light as the second; with less of both, its map may bend more
+// in proportion, and where it breaks, every halving of its light saves one halving of the cell. (By
+// the second alone grazing reflection, bright from a thin ring, came out double.)
+constexpr double full_throughput = 0.02;
+constexpr double full_share = 0.25;
+
+// How bright lights are is only needed roughly, and known before anything is refined: from the
+// exits of the coarsest nodes within this angle of each light. No light is thought to have less
+// than the least, per r0^2: a fifth of what water reflects backward.
+constexpr double brightness_reach_rad = 15 * pi / 180;
+constexpr double least_brightness = 1e-3;
 
 // Third difference of a smooth throughput, over its largest.
 constexpr double dim_tolerance = 0.3;
@@ -38,9 +49,12 @@ constexpr double dim_tolerance = 0.3;
 // refraction when it leaves: it must be smaller by this share.
 constexpr double interface_share = 0.3;
 
-// Where the depth runs out, the polynomial through a cell's nodes is still the best guess while its
-// third differences are below this many tolerances; beyond, only the nodes are trusted.
+// Where the depth runs out, the polynomial through a cell's nodes is still the best guess while the
+// third differences of its directions are below this many tolerances, and those of its light below
+// this many times the brightest (a kink, where an inner reflection becomes total, stays below;
+// reflection beyond the outline does not); else only the nodes are trusted.
 constexpr double trusted_bends = 10;
+constexpr double trusted_light = 2;
 
 // A node's place on the finest lattice of space and time.
 struct Place {
@@ -77,14 +91,13 @@ struct Lattice {
 
   double step_rad() const { return 2 * reach / side; }
 
-  // Asks for a node: one that is new is traced by the next trace_asked().
-  void ask(const Place& place) {
+  // The number of the node there: one that is new is traced by the next trace_asked().
+  std::uint32_t ask(const Place& place) {
     const auto number = static_cast<std::uint32_t>(index.size());
     const auto [slot, is_new] = index.try_emplace(place.key(), number);
-    if (is_new) asked[static_cast<std::size_t>(place.k)].push_back({slot->second, direction(place)});
+    if (is_new) asked[static_cast<std::size_t>(place.k)].push_back({number, direction(place)});
+    return slot->second;
   }
-
-  std::uint32_t node(const Place& place) const { return index.at(place.key()); }
 
   // Of a place from the star centre; zero beyond the map's edge.
   Eigen::Vector3d direction(const Place& place) const {
@@ -154,24 +167,26 @@ struct Lattice {
 
 // How one path's map looks in a cell.
 struct PathShape {
-  int known = 0;                       // nodes that have the path
+  int known = 0, seen = 0;             // nodes that have the path, and face the camera
   bool dark = true;                    // no visible node passes light
   Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
   double radius_rad = 0;               // largest angle of a node's direction from it
   double brightest = 0;                // throughput of a visible node
-  // Largest third differences of the map, and of what meets the last interface.
+  double mean_light = 0;               // throughput x facing, over all nodes
+  double spread_sr = 0;                // solid angle of the directions at one time, or of less
+  // Largest third differences.
   struct Bends {
     double space = 0, time = 0;          // of directions
     double dim = 0, time_dim = 0;        // of throughputs, of powers
   };
-  Bends map = {}, interface = {};
+  Bends map = {};
 };
 
-// 3 x the largest third difference along the lines of a cell with the given stride.
+// Largest third difference along the lines of a cell with the given stride.
 template <typename Value, typename Size>
 double third_difference(int times, int stride, Value value, Size size) {
   double most = 0;
-  const int lines = times * cell_side * cell_side / cell_side;
+  const int lines = times * cell_side;
   for (int line = 0; line < lines; ++line) {
     // The line's first node: the digits of `line` on the two other axes.
     const int low = line % stride, high = line / stride;
@@ -200,12 +215,16 @@ PathShape::Bends bends_of(int times, Direction direction, Power power) {
   return bends;
 }
 
-void add_bends(const CellExits& exits, int times, PathShape& shape) {
-  using Eigen::Vector2d, Eigen::Matrix;
-  shape.map = bends_of(
+PathShape::Bends map_bends(const CellExits& exits, int times) {
+  using Eigen::Vector2d;
+  return bends_of(
       times, [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; },
       [&](std::size_t n) -> Vector2d { return {exits[n]->throughput, 0}; });
-  shape.interface = bends_of(
+}
+
+PathShape::Bends interface_bends(const CellExits& exits, int times) {
+  using Eigen::Vector2d, Eigen::Matrix;
+  return bends_of(
       times,
       [&](std::size_t n) {
         Matrix<double, 6, 1> both;
@@ -215,17 +234,34 @@ void add_bends(const CellExits& exits, int times, PathShape& shape) {
       [&](std::size_t n) -> Vector2d { return {exits[n]->power_s, exits[n]->power_p}; });
 }
 
-PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature) {
+// Of the first time's directions: the area of the cell's nine quads.
+double spread_of(const CellExits& exits) {
+  double area = 0;
+  for (std::size_t j = 0; j + 1 < cell_side; ++j) {
+    for (std::size_t i = 0; i + 1 < cell_side; ++i) {
+      const std::size_t n = cell_side * j + i;
+      const Eigen::Vector3d along = exits[n + cell_side + 1]->direction - exits[n]->direction;
+      const Eigen::Vector3d across = exits[n + cell_side]->direction - exits[n + 1]->direction;
+      area += 0.5 * along.cross(across).norm();
+    }
+  }
+  return area;
+}
+
+PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature,
+                     CellExits& exits) {
   PathShape shape;
-  CellExits exits = {};
   const auto count = static_cast<std::size_t>(field.times * cell_side * cell_side);
   for (std::size_t n = 0; n < count; ++n) {
     exits[n] = find_exit(field, cell.nodes[n], signature);
     if (!exits[n]) continue;
     ++shape.known;
     shape.centre += exits[n]->direction;
-    if (field.nodes[cell.nodes[n]].facing > 0) {
+    const double facing = field.nodes[cell.nodes[n]].facing;
+    if (facing > 0) {
+      ++shape.seen;
       shape.brightest = std::max(shape.brightest, exits[n]->throughput);
+      shape.mean_light += facing * exits[n]->throughput / static_cast<double>(count);
     }
   }
   shape.dark = shape.brightest <= 0;
@@ -242,7 +278,10 @@ PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_
     }
     shape.radius_rad = 2 * std::asin(std::min(1.0, 0.5 * chord));
   }
-  if (shape.known == static_cast<int>(count)) add_bends(exits, field.times, shape);
+  if (shape.known == static_cast<int>(count)) {
+    shape.map = map_bends(exits, field.times);
+    shape.spread_sr = spread_of(exits);
+  }
   return shape;
 }
 
@@ -258,38 +297,75 @@ struct Refiner {
   const FieldOptions& options;
   ExitField& field;
   std::vector<OpenCell> next = {};
+  std::vector<double> brightness = {};  // of the lights
 
   int node_count() const { return field.times * cell_side * cell_side; }
 
-  bool light_within(const Eigen::Vector3d& centre, double angle_rad) const {
-    if (angle_rad >= pi) return !lights.directions.empty();
-    const double cosine = std::cos(angle_rad);
-    return std::any_of(lights.directions.begin(), lights.directions.end(),
-                       [&](const Eigen::Vector3d& l) { return l.dot(centre) > cosine; });
+  // The light toward each light, per r0^2 and steradian, from the nodes traced so far.
+  void measure_brightness() {
+    const double cosine = std::cos(brightness_reach_rad);
+    const double area = std::pow(lattice.step_rad() * (1 << options.space_depth), 2);
+    const double scale = area / (2 * pi * (1 - cosine) * field.times);
+    brightness.assign(lights.directions.size(), 0.0);
+    for (const FieldNode& node : field.nodes) {
+      if (node.facing <= 0) continue;
+      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
+        const PathExit& exit = field.exits[node.first_exit + e];
+        for (std::size_t l = 0; l < brightness.size(); ++l) {
+          if (lights.directions[l].dot(exit.direction) < cosine) continue;
+          brightness[l] += scale * node.facing * exit.throughput;
+        }
+      }
+    }
+    for (double& b : brightness) b = std::max(b, least_brightness);
   }
 
-  // Where nodes are missing, what is missing may lie beyond what is seen: Pluvia's predecessor
-  // found nothing more with three times this slack.
-  bool near_a_light(const PathShape& shape, const OpenCell& cell) const {
+  // Of the dimmest light within an angle of a direction; none: infinite.
+  double dimmest_light(const Eigen::Vector3d& centre, double angle_rad) const {
+    const double cosine = angle_rad >= pi ? -2 : std::cos(angle_rad);
+    double dimmest = std::numeric_limits<double>::infinity();
+    for (std::size_t l = 0; l < brightness.size(); ++l) {
+      if (lights.directions[l].dot(centre) > cosine) dimmest = std::min(dimmest, brightness[l]);
+    }
+    return dimmest;
+  }
+
+  // FieldPatch::importance; 0 where no light is near. The path's own light is spread over its
+  // directions and, around them, a cone. Where nodes are missing, what is missing may lie beyond
+  // what is seen; nothing more was found with three times this slack.
+  double importance(const PathShape& shape, const OpenCell& cell) const {
     const bool whole = shape.known == node_count();
     const double slack =
         whole ? 0.2 * shape.radius_rad + 0.5 * std::max(shape.map.space, shape.map.time)
               : shape.radius_rad + 3 * cell.step * lattice.step_rad();
-    return light_within(shape.centre, shape.radius_rad + slack + lights.half_angle_rad);
+    const double cone = lights.half_angle_rad;
+    const double dimmest = dimmest_light(shape.centre, shape.radius_rad + slack + cone);
+    if (std::isinf(dimmest)) return 0;
+    const double light = shape.mean_light * std::pow(3 * cell.step * lattice.step_rad(), 2);
+    const double seen = static_cast<double>(shape.seen) / node_count();
+    const double spread =
+        seen * shape.spread_sr + 4 * shape.radius_rad * cone + pi * cone * cone;
+    const double share = light / spread / (full_share * dimmest);
+    return std::clamp(std::max(share, shape.brightest / full_throughput), least_importance, 1.0);
   }
 
   // Third differences over what is tolerated; 1 or less is smooth.
   struct Roughness {
-    double space = 0, time = 0;
+    double space = 0, time = 0;  // of directions or light, whichever is worse
+    double direction = 0;        // in space or time
+    double light = 0;            // .. over its brightest
     double worst() const { return std::max(space, time); }
+    bool to_be_trusted() const { return direction < trusted_bends && light < trusted_light; }
   };
 
-  Roughness roughness(const PathShape& shape, const PathShape::Bends& bends, double share) const {
-    const double bend = share * options.bend_tolerance * lights.half_angle_rad *
-                        std::max(1.0, faint_throughput / shape.brightest);
-    const double dim = share * dim_tolerance * std::max(shape.brightest, faint_throughput);
+  Roughness roughness(const PathShape& shape, const PathShape::Bends& bends, double importance,
+                      double share) const {
+    const double bend = share * options.bend_tolerance * lights.half_angle_rad / importance;
+    const double dim = share * dim_tolerance * shape.brightest / importance;
     return {std::max(bends.space / bend, bends.dim / dim),
-            std::max(bends.time / bend, bends.time_dim / dim)};
+            std::max(bends.time / bend, bends.time_dim / dim),
+            std::max(bends.space, bends.time) / bend,
+            std::max(bends.dim, bends.time_dim) / shape.brightest};
   }
 
   struct Verdict {
@@ -297,20 +373,21 @@ struct Refiner {
     Halving wanted = {};  // of what is left
   };
 
-  Verdict judge(const PathShape& shape, const OpenCell& cell) const {
+  Verdict judge(const PathShape& shape, const CellExits& exits, const OpenCell& cell,
+                double importance) const {
     const Halving left = {cell.step > 1, field.times > 1 && cell.time_step > 1};
     if (shape.known < node_count()) {
-      const double halvings = std::log2(faint_throughput / shape.brightest);
-      if (halvings <= 0) return {PatchKind::loose, left};
-      const int most = 1 << static_cast<int>(std::min(halvings, 20.0));
+      const int most = 1 << static_cast<int>(std::log2(1 / importance));
       return {PatchKind::loose, {cell.step > most, left.time && cell.time_step > most}};
     }
-    const Roughness map = roughness(shape, shape.map, 1);
-    const Roughness end = roughness(shape, shape.interface, interface_share);
+    const Roughness map = roughness(shape, shape.map, importance, 1);
+    if (map.worst() <= 1) return {PatchKind::smooth, {}};
+    const Roughness end =
+        roughness(shape, interface_bends(exits, field.times), importance, interface_share);
     Verdict verdict;
-    const Roughness& better = map.worst() <= std::max(1.0, end.worst()) ? map : end;
+    const Roughness& better = map.worst() <= end.worst() ? map : end;
     verdict.wanted = {better.space > 1 && left.space, better.time > 1 && left.time};
-    if (better.worst() < trusted_bends) {
+    if (better.to_be_trusted()) {
       verdict.kind = &better == &map ? PatchKind::smooth : PatchKind::edge;
     }
     return verdict;
@@ -328,10 +405,10 @@ struct Refiner {
     }
   }
 
-  FieldCell gather(const OpenCell& open) const {
+  FieldCell ask(const OpenCell& open) const {
     FieldCell cell;
     std::size_t n = 0;
-    for_nodes(open, [&](const Place& place) { cell.nodes[n++] = lattice.node(place); });
+    for_nodes(open, [&](const Place& place) { cell.nodes[n++] = lattice.ask(place); });
     const double times = static_cast<double>(lattice.drops.size() - 1);
     if (field.times > 1) {
       cell.first = open.origin.k / times;
@@ -370,8 +447,7 @@ struct Refiner {
     return false;
   }
 
-  void settle(OpenCell open) {
-    const FieldCell cell = gather(open);
+  void settle(OpenCell open, const FieldCell& cell) {
     const std::size_t patches = field.patches.size(), surfaces = field.surfaces.size();
     const auto index = static_cast<std::uint32_t>(field.cells.size());
     Halving halving;
@@ -381,14 +457,16 @@ struct Refiner {
       halving.space = still_open;
     }
     for (const std::uint64_t signature : open_signatures(open, cell)) {
-      const PathShape shape = path_shape(field, cell, signature);
+      CellExits exits = {};
+      const PathShape shape = path_shape(field, cell, signature, exits);
       bool done = true;
-      if (!shape.dark && near_a_light(shape, open)) {
-        const Verdict verdict = judge(shape, open);
+      const double counts = shape.dark ? 0 : importance(shape, open);
+      if (counts > 0) {
+        const Verdict verdict = judge(shape, exits, open, counts);
         done = !verdict.wanted.any();
         halving.space = halving.space || verdict.wanted.space;
         halving.time = halving.time || verdict.wanted.time;
-        if (done) field.patches.push_back({index, signature, verdict.kind});
+        if (done) field.patches.push_back({index, signature, verdict.kind, counts});
       }
       if (done) open.done.push_back(signature);
     }
@@ -415,9 +493,20 @@ struct Refiner {
   }
 };
 
+ExitField emptied(ExitField field) {
+  field.nodes.clear();
+  field.exits.clear();
+  field.cells.clear();
+  field.patches.clear();
+  field.surfaces.clear();
+  field.remainder = {};
+  field.traced_nodes = 0;
+  return field;
+}
+
 ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLights& lights,
-                const FieldOptions& options) {
-  ExitField field;
+                const FieldOptions& options, ExitField storage) {
+  ExitField field = emptied(std::move(storage));
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
   field.radius_m = drops.front().surface.scale;
@@ -453,11 +542,12 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   while (!refiner.next.empty()) {
     const std::vector<OpenCell> now = std::move(refiner.next);
     refiner.next.clear();
-    for (const OpenCell& cell : now) {
-      refiner.for_nodes(cell, [&](const Place& place) { lattice.ask(place); });
-    }
+    std::vector<FieldCell> cells;
+    cells.reserve(now.size());
+    for (const OpenCell& open : now) cells.push_back(refiner.ask(open));
     lattice.trace_asked();
-    for (const OpenCell& cell : now) refiner.settle(cell);
+    if (refiner.brightness.empty()) refiner.measure_brightness();
+    for (std::size_t n = 0; n < now.size(); ++n) refiner.settle(now[n], cells[n]);
   }
   return field;
 }
@@ -484,7 +574,8 @@ const PathExit* find_exit(const ExitField& field, std::uint32_t node, std::uint6
 }
 
 ExitField trace_exit_field(const DropShape& drop, const TimeSpan& span, const View& view,
-                           const ConeLights& lights, const FieldOptions& options) {
+                           const ConeLights& lights, const FieldOptions& options,
+                           ExitField storage) {
   std::vector<DropInstant> drops;
   if (is_rigid(drop) || span.first_s == span.last_s) {
     drops.push_back(drop_at(drop, span.first_s));
@@ -494,12 +585,12 @@ ExitField trace_exit_field(const DropShape& drop, const TimeSpan& span, const Vi
       drops.push_back(drop_at(drop, span.first_s + (span.last_s - span.first_s) * k / steps));
     }
   }
-  return trace(std::move(drops), view, lights, options);
+  return trace(std::move(drops), view, lights, options, std::move(storage));
 }
 
 ExitField trace_exit_field(const DropInstant& drop, const View& view, const ConeLights& lights,
                            const FieldOptions& options) {
-  return trace({drop}, view, lights, options);
+  return trace({drop}, view, lights, options, {});
 }
 
 }  // namespace pluvia

@@ -49,8 +49,8 @@ struct FieldOptions {
   int space_depth = 3;  // halvings of a cell's sides at most
   int time_depth = 2;   // halvings of a cell's time at most
   // A map is smooth in a cell when its third differences are below this share of the cone's half
-  // angle: what the cubic itself leaves out is smaller still by the ratio of fourth to third
-  // differences.
+  // angle (over its importance, FieldPatch): what the cubic itself leaves out is smaller still by
+  // the ratio of fourth to third differences.
   double bend_tolerance = 0.3;
   Isa isa = best_isa();  // that the paths are traced with
   // Of the map about the view axis, and its shift in cells: dithering them from span to span turns
@@ -93,7 +93,12 @@ struct FieldPatch {  // one path's map in one cell
   std::uint32_t cell = 0;
   std::uint64_t signature = 0;
   PatchKind kind = PatchKind::smooth;
+  // Less than 1 where the path is faint and gives but a small part of any light's light; at least
+  // least_importance. What it may err by grows as 1 / importance.
+  double importance = 1;
 };
+
+constexpr double least_importance = 0.02;
 
 struct ExitField {
   double refractive_index = 1.333;
@@ -111,9 +116,11 @@ struct ExitField {
 // The exit of a node with that signature, or nullptr.
 const PathExit* find_exit(const ExitField& field, std::uint32_t node, std::uint64_t signature);
 
-// The field over a span of time. 1 <= base_cells, depths >= 0.
+// The field over a span of time. 1 <= base_cells, depths >= 0. The memory of `storage`, a field no
+// longer needed, is used again.
 ExitField trace_exit_field(const DropShape& drop, const TimeSpan& span, const View& view,
-                           const ConeLights& lights, const FieldOptions& options);
+                           const ConeLights& lights, const FieldOptions& options,
+                           ExitField storage = {});
 
 // The field of one instant.
 ExitField trace_exit_field(const DropInstant& drop, const View& view, const ConeLights& lights,

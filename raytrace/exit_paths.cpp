@@ -1,7 +1,5 @@
 #include "raytrace/exit_paths.h"
 
-#include <cassert>
-
 #include "raytrace/drop_intersect.h"
 #include "raytrace/optics.h"
 
@@ -12,7 +10,7 @@ namespace {
 // Two different choices lead to different 64-bit numbers (multiplication by an odd constant is a
 // bijection), and equal sequences to equal ones.
 std::uint64_t extend(std::uint64_t signature, bool transmitted) {
-  return signature * 0x9E3779B97F4A7C15u + (transmitted ? 0xD1B54A32D192ED03u : 1u);
+  return signature * signature_factor + (transmitted ? transmitted_term : reflected_term);
 }
 
 // A beam that has just left an interface.

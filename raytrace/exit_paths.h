@@ -18,6 +18,11 @@
 
 namespace pluvia {
 
+// A choice makes of a signature s: s x signature_factor + the term of the choice.
+constexpr std::uint64_t signature_factor = 0x9E3779B97F4A7C15u;
+constexpr std::uint64_t transmitted_term = 0xD1B54A32D192ED03u;
+constexpr std::uint64_t reflected_term = 1;
+
 struct PathOptions {
   double refractive_index = 1.333;  // water over air, >= 1
   int max_order = 3;                // orders 0 .. max_order

@@ -90,6 +90,7 @@ void read_accuracy(TomlReader accuracy, Preset& preset) {
   accuracy.required("space_depth", preset.field.space_depth, 0, 8);
   accuracy.required("time_depth", preset.field.time_depth, 0, 8);
   accuracy.required("bend_tolerance", preset.field.bend_tolerance, {0, 10, true});
+  accuracy.required("motion_tolerance", preset.motion_tolerance, {0, 10});
   accuracy.finish();
 }
 
@@ -281,7 +282,8 @@ std::string preset_parameters(const Preset& preset) {
                                {"spans_per_period", preset.spans_per_period},
                                {"space_depth", preset.field.space_depth},
                                {"time_depth", preset.field.time_depth},
-                               {"bend_tolerance", preset.field.bend_tolerance}};
+                               {"bend_tolerance", preset.field.bend_tolerance},
+                               {"motion_tolerance", preset.motion_tolerance}};
   if (preset.physical) {
     parameters.update(nlohmann::json::parse(physical_parameters(*preset.physical)));
   } else {
@@ -293,7 +295,7 @@ std::string preset_parameters(const Preset& preset) {
   if (preset.target_error > 0) {
     // The settings follow from it.
     for (const char* key : {"base_cells", "spans_per_period", "space_depth", "time_depth",
-                            "bend_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
+                            "bend_tolerance", "motion_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
       parameters.erase(key);
     }
     parameters["target_error"] = preset.target_error;
@@ -385,6 +387,7 @@ StreakRequest shard_request(const Preset& preset, const ShardKey& key, int band)
                        ? slices_needed(*preset.physical, request.drop, request.frame.path_rows)
                        : preset.slices;
   request.spans_per_period = preset.spans_per_period;
+  request.motion_tolerance = preset.motion_tolerance;
   request.environment.uniform = preset.environment;
   request.environment.transfer_degree = preset.transfer_degree;
   // A shard's seed follows from its key, so that it can be traced alone and gives the same bytes.

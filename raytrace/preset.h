@@ -28,8 +28,9 @@ struct Preset {
   bool environment = true;      // write the part env; gn2006: always
   int transfer_degree = -1;     // of the spherical harmonics, 0 .. 8: their parts too; -1: none
   int width_px = 0;             // a power of two, 4 .. 64
-  int slices = 0;               // gn2006, per replicate; 0 in physical
+  int slices = 0;               // gn2006, per replicate, at most; 0 in physical
   double spans_per_period = 0;  // of the fastest mode
+  double motion_tolerance = 0;  // of directions in a slice (raytrace/light_integral.h)
   FieldOptions field = {};
   double target_error = 0;  // > 0: settings are chosen to keep it (streak_accuracy.h)
   unsigned long long seed = 0;

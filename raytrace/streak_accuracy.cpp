@@ -16,21 +16,23 @@ struct Level {
   double slices_per_row;
   double spans_per_period;
   int base_cells, space_depth, time_depth;
-  double bend_tolerance;
+  double bend_tolerance, motion_tolerance;
 };
 
 constexpr std::array<Level, accuracy_levels> ladder = {{
-    {0.30, 0.25, 8, 8, 1, 0, 0.5},
-    {0.15, 0.5, 10, 10, 2, 1, 0.3},
-    {0.06, 1, 12, 10, 3, 2, 0.3},
-    {0.03, 2, 24, 10, 4, 1, 0.3},
-    {0.015, 4, 24, 12, 4, 2, 0.2},
-    {0.01, 6, 36, 14, 5, 2, 0.15},
-    {0.005, 8, 48, 16, 5, 2, 0.1},
+    {0.30, 0.5, 8, 8, 1, 0, 1.0, 2.0},
+    {0.12, 1, 10, 10, 2, 1, 0.6, 1.0},
+    {0.06, 2, 10, 10, 3, 2, 0.6, 0.5},
+    {0.03, 2, 10, 10, 3, 3, 0.6, 0.25},
+    {0.02, 4, 12, 12, 4, 3, 0.4, 0.15},
+    {0.012, 8, 14, 14, 4, 4, 0.3, 0.1},
+    {0.008, 16, 16, 16, 5, 4, 0.2, 0.05},
 }};
 
-// The true error of a shard was at most this many times its estimate (docs/generator.md).
+// The true error of a shard was at most this many times its estimate (docs/generator.md), and what
+// both replicates share, which no estimate sees, this much besides.
 constexpr double margin = 1.5;
+constexpr double shared_error = 0.003;
 
 constexpr double slices_per_span = 4;  // at least
 
@@ -43,6 +45,7 @@ StreakRequest at_accuracy_level(StreakRequest request, int level) {
   request.field.space_depth = l.space_depth;
   request.field.time_depth = l.time_depth;
   request.field.bend_tolerance = l.bend_tolerance;
+  request.motion_tolerance = l.motion_tolerance;
   const double spans =
       fastest_mode_periods(request.drop, request.exposure_s) * l.spans_per_period;
   const double slices =
@@ -73,7 +76,7 @@ AccurateStreak trace_streak_to(const StreakRequest& request, double relative_err
   }
   for (;; ++level) {
     AccurateStreak result = {trace_streak(at_accuracy_level(request, level), progress), level};
-    const double estimate = margin * estimated_error(result.streak);
+    const double estimate = std::hypot(margin * estimated_error(result.streak), shared_error);
     if (estimate <= relative_error) return result;
     if (level + 1 == accuracy_levels) {
       throw std::runtime_error(fmt::format(

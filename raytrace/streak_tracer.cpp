@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_pipeline.h>
 
 #include "raytrace/light_integral.h"
@@ -25,9 +25,6 @@ constexpr int rigid_grids = 8;  // per replicate
 constexpr double glint_cone_rad = std::numbers::pi / 180;
 
 constexpr double least_cone_rad = 1e-4;
-
-// The surface moves and turns slowly: its environment and coverage take every fourth slice's time.
-constexpr int slices_per_surface_moment = 4;
 
 // One span of one replicate: the unit of work, and of the order of additions.
 struct Block {
@@ -55,51 +52,28 @@ double uniform_hash(std::uint64_t seed, int replicate, int slice) {
 
 struct StreakJob {
   const StreakRequest& request;
+  tbb::enumerable_thread_specific<ExitField>& fields;  // memory for the next
   View view = {};
   ConeLights lights = {};
   bool rigid = false;
-  int spans = 1;            // of a replicate
-  int slices_per_span = 1;  // all but the last slice of replicate 1, which has one more, are alike
+  int spans = 1;               // of a replicate
+  double slices_per_span = 1;  // at most
 
-  int slices() const { return spans * slices_per_span; }
   int planes() const {
     return static_cast<int>(lights.directions.size() + value_count(request.environment)) +
            (request.environment.uniform ? 2 : 1);
   }
 
-  // Where slice s of a replicate begins, as a share of the exposure. Replicate 1 is shifted by half
-  // a slice: its first slice is half as long, and a last half one is added.
-  double slice_start(int replicate, int s) const {
-    return std::clamp((s - 0.5 * replicate) / slices(), 0.0, 1.0);
-  }
-
-  int first_slice(const Block& block) const { return block.span * slices_per_span; }
-
-  int end_slice(const Block& block) const {
-    return (block.span + 1) * slices_per_span +
-           (block.replicate == 1 && block.span + 1 == spans ? 1 : 0);
-  }
-
-  Travel travel(double first, double last) const {
+  // The span of a block, in time and in rows.
+  SpanSlices slices_of(const Block& block) const {
     const StreakFrame& frame = request.frame;
-    return {frame.path_top_row + frame.path_rows * first,
-            frame.path_top_row + frame.path_rows * last};
-  }
-
-  // Moments in the middle of runs of `run` slices each.
-  std::vector<Moment> moments(const Block& block, int run) const {
-    const int end = end_slice(block);
-    const double from = slice_start(block.replicate, first_slice(block));
-    const double to = slice_start(block.replicate, end);
-    std::vector<Moment> list;
-    for (int s = first_slice(block); s < end; s += run) {
-      const double first = slice_start(block.replicate, s);
-      const double last = slice_start(block.replicate, std::min(s + run, end));
-      list.push_back({.span_share = (0.5 * (first + last) - from) / (to - from),
-                      .travel = travel(first, last),
-                      .time_share = last - first});
-    }
-    return list;
+    const double share = 1.0 / spans;
+    return {.travel = {frame.path_top_row + frame.path_rows * share * block.span,
+                       frame.path_top_row + frame.path_rows * share * (block.span + 1)},
+            .time_share = share,
+            .most = slices_per_span,
+            .motion_tolerance = request.motion_tolerance,
+            .shifted = block.replicate == 1};
   }
 
   BlockResult trace(const Block& block) const {
@@ -110,28 +84,29 @@ struct StreakJob {
     BlockResult result;
     result.replicate = block.replicate;
     if (rigid) {
-      const Moment whole = {.span_share = 0, .travel = travel(0, 1), .time_share = 1.0 / spans};
-      add({0, 0}, options, {&whole, 1}, {&whole, 1}, result);
+      const StreakFrame& frame = request.frame;
+      add({0, 0}, options,
+          {.travel = {frame.path_top_row, frame.path_top_row + frame.path_rows},
+           .time_share = 1.0 / spans},
+          result);
       return result;
     }
-    const TimeSpan span = {
-        request.exposure_s * slice_start(block.replicate, first_slice(block)),
-        request.exposure_s * slice_start(block.replicate, end_slice(block))};
-    add(span, options, moments(block, 1), moments(block, slices_per_surface_moment), result);
+    const TimeSpan span = {request.exposure_s * block.span / spans,
+                           request.exposure_s * (block.span + 1) / spans};
+    add(span, options, slices_of(block), result);
     return result;
   }
 
-  void add(const TimeSpan& span, const FieldOptions& options,
-           std::span<const Moment> lit, std::span<const Moment> surface,
+  void add(const TimeSpan& span, const FieldOptions& options, const SpanSlices& slices,
            BlockResult& result) const {
     const double radius = request.drop.mean_radius_m * drop_bound();
-    result.window = make_window(request.frame, planes(), radius, lit.front().travel.first_row,
-                                lit.back().travel.last_row);
+    result.window = make_window(request.frame, planes(), radius, slices.travel.first_row,
+                                slices.travel.last_row);
     ConeLights looking = lights;  // where the field is to be fine
     if (lights.half_angle_rad == 0) looking.half_angle_rad = glint_cone_rad;
-    const ExitField field = trace_exit_field(request.drop, span, view, looking, options);
-    integrate_lights(field, lights, request.frame, lit, surface, result.window,
-                     request.environment);
+    ExitField& field = fields.local();
+    field = trace_exit_field(request.drop, span, view, looking, options, std::move(field));
+    integrate_lights(field, lights, request.frame, slices, result.window, request.environment);
     result.remainder = field.remainder;
     result.traced_nodes = field.traced_nodes;
   }
@@ -233,8 +208,9 @@ std::vector<Block> make_blocks(int spans) {
   return blocks;
 }
 
-StreakJob make_job(const StreakRequest& request) {
-  StreakJob job{.request = request};
+StreakJob make_job(const StreakRequest& request,
+                   tbb::enumerable_thread_specific<ExitField>& fields) {
+  StreakJob job{.request = request, .fields = fields};
   job.view = view_from_elevation(request.view_elevation_deg);
   job.lights.half_angle_rad = request.cone_half_angle_rad;
   for (const LightDirection& l : request.lights) {
@@ -247,7 +223,7 @@ StreakJob make_job(const StreakRequest& request) {
   }
   const double periods = fastest_mode_periods(request.drop, request.exposure_s);
   job.spans = std::max(1, static_cast<int>(std::ceil(periods * request.spans_per_period)));
-  job.slices_per_span = (std::max(1, request.slices) + job.spans - 1) / job.spans;
+  job.slices_per_span = std::max(1.0, static_cast<double>(request.slices) / job.spans);
   return job;
 }
 
@@ -267,7 +243,8 @@ TracedStreak trace_streak(const StreakRequest& request,
   refuse_thin_drop(request);
   refuse_cone(request.cone_half_angle_rad);
   refuse_wrong_environment(request.environment);
-  const StreakJob job = make_job(request);
+  tbb::enumerable_thread_specific<ExitField> fields;
+  const StreakJob job = make_job(request, fields);
   Sums sums;
   sums.plane_size = static_cast<std::size_t>(request.frame.width_px) *
                     static_cast<std::size_t>(request.frame.height_px);

@@ -19,7 +19,7 @@
 namespace pluvia {
 
 // Raised by every change that alters a shard's bytes: a database of another version is not resumed.
-constexpr int tracer_version = 2;
+constexpr int tracer_version = 3;
 
 // A drop whose surface comes nearer to its centre, over its mean radius, is refused: the two modes
 // no longer describe water there.
@@ -34,7 +34,8 @@ struct StreakRequest {
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
   FieldOptions field = {};
-  int slices = 512;              // per replicate, at least
+  int slices = 1024;             // per replicate, at most
+  double motion_tolerance = 0.5; // of directions in a slice (SpanSlices)
   double spans_per_period = 12;  // of the fastest mode
   std::uint64_t seed = 1;        // of the grids' turns and shifts
   EnvironmentRequest environment = {};

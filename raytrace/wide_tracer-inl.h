@@ -137,9 +137,8 @@ HWY_INLINE LastLanes last_interface(const WalkerLanes& walker, const Lanes3& nor
 // The walkers after a split, on their way with one of the two beams.
 HWY_INLINE WalkerLanes child(const WalkerLanes& parent, const Lanes3& position,
                              const BeamLanes& beam, bool transmitted) {
-  // As exit_paths.cpp extends a signature.
-  const Words signature = parent.signature * all_words(0x9E3779B97F4A7C15u) +
-                          all_words(transmitted ? 0xD1B54A32D192ED03u : 1u);
+  const Words signature = parent.signature * all_words(signature_factor) +
+                          all_words(transmitted ? transmitted_term : reflected_term);
   return {position, beam, signature, parent.word};
 }
 

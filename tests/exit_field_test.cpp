@@ -73,6 +73,34 @@ TEST(ExitField, ACellsPolynomialIsTheMapAtAnyTimeAndPlace) {
   EXPECT_GT(compared, 20);
 }
 
+TEST(ExitField, PathsOfGoodThroughputCountFully) {
+  // A light behind the drop gives nearly all its light by refraction, so that faint paths count for
+  // little there; for one before it there is little else.
+  const DropShape shape = oscillating_drop();
+  const auto mean_of_faint = [&](double azimuth_deg) {
+    const ExitField field = trace_exit_field(shape, {0.8e-3, 1.1e-3}, view_from_elevation(0),
+                                             one_light(light_direction(0, azimuth_deg)), {});
+    double sum = 0;
+    int faint = 0;
+    for (const FieldPatch& patch : field.patches) {
+      EXPECT_GE(patch.importance, least_importance);
+      EXPECT_LE(patch.importance, 1);
+      double brightest = 0;
+      for (const std::uint32_t node : field.cells[patch.cell].nodes) {
+        const PathExit* exit = find_exit(field, node, patch.signature);
+        if (exit && field.nodes[node].facing > 0) brightest = std::max(brightest, exit->throughput);
+      }
+      EXPECT_TRUE(brightest < 0.02 || patch.importance == 1) << brightest;
+      if (brightest >= 0.02) continue;
+      sum += patch.importance;
+      ++faint;
+    }
+    EXPECT_GT(faint, 10);
+    return sum / faint;
+  };
+  EXPECT_GT(mean_of_faint(20), 1.5 * mean_of_faint(160));
+}
+
 TEST(ExitField, CellsHoldFourTimesOfAMovingDropAndOneOfARigidOne) {
   const View view = view_from_elevation(0);
   const ConeLights lights = one_light({1, 0, 0});

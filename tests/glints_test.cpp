@@ -149,9 +149,9 @@ std::vector<double> dithered_fluxes(const DropInstant& drop, const ConeLights& l
     options.bend_tolerance = bend_tolerance;
     options.space_depth = 4;
     const ConeLights looking = {.directions = lights.directions, .half_angle_rad = 1 * degree};
-    const Moment moment = {.travel = {80, 80}};
+    const SpanSlices moment = {.travel = {80, 80}};
     integrate_lights(trace_exit_field(drop, view_from_elevation(0), looking, options), lights,
-                     frame, {&moment, 1}, {&moment, 1}, window);
+                     frame, moment, window);
     for (int k = 0; k < count; ++k) {
       const double* first = window.row(k, 0);
       for (int i = 0; i < window.rows * window.width_px; ++i) {

@@ -37,9 +37,9 @@ std::vector<double> fluxes(const DropInstant& drop, const ConeLights& lights,
                              .path_top_row = row};
   const int planes = static_cast<int>(lights.directions.size()) + 2;
   StreakWindow window = make_window(frame, planes, 1.6e-3, row, row);
-  const Moment moment = {.travel = {row, row}};
+  const SpanSlices moment = {.travel = {row, row}};
   integrate_lights(trace_exit_field(drop, view_from_elevation(0), lights, options), lights, frame,
-                   {&moment, 1}, {&moment, 1}, window);
+                   moment, window);
   std::vector<double> sums;
   for (int plane = 0; plane < planes; ++plane) {
     const double* first = window.row(plane, 0);

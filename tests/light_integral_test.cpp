@@ -34,9 +34,9 @@ std::vector<double> fluxes(const DropInstant& drop, const View& view, const Cone
   const StreakFrame frame = one_pixel(4e-3);
   const int planes = static_cast<int>(lights.directions.size()) + 2;
   StreakWindow window = make_window(frame, planes, 1.6e-3, 0.5, 0.5);
-  const Moment moment = {.travel = {0.5, 0.5}, .time_share = time_share};
-  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, {&moment, 1},
-                   {&moment, 1}, window);
+  const SpanSlices moment = {.travel = {0.5, 0.5}, .time_share = time_share};
+  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, moment,
+                   window);
   for (double& value : window.values) value *= 16;  // pixel area over r0^2
   return window.values;
 }
@@ -133,9 +133,9 @@ std::vector<double> picture(const DropInstant& drop, const Eigen::Vector3d& ligh
   StreakWindow window = make_window(frame, 3, 1.6e-3, 12, 24);
   const ConeLights lights = lights_at({light}, 5);
   FieldOptions options = deep(3);
-  const Moment moment = {.travel = {12, 24}};
+  const SpanSlices moment = {.travel = {12, 24}};
   integrate_lights(trace_exit_field(drop, view_from_elevation(0), lights, options), lights, frame,
-                   {&moment, 1}, {&moment, 1}, window);
+                   moment, window);
   window.values.resize(static_cast<std::size_t>(window.rows * window.width_px));  // the light's
   return window.values;
 }
@@ -150,8 +150,8 @@ TEST(LightIntegral, TheTopOfTheDropIsTheTopOfThePicture) {
   StreakWindow window = make_window(frame, 2, 1.3e-3, 6, 6);
   const DropInstant drop = frozen_drop({{.n = 3, .amplitude = 0.2}});
   const ExitField field = trace_exit_field(drop, view_from_elevation(0), lights_at({}, 5), deep(3));
-  const Moment moment = {.travel = {6, 6}};
-  integrate_lights(field, lights_at({}, 5), frame, {&moment, 1}, {&moment, 1}, window);
+  const SpanSlices moment = {.travel = {6, 6}};
+  integrate_lights(field, lights_at({}, 5), frame, moment, window);
   const auto covered = [&](int row) {
     const double* columns = window.row(1, row - window.first_row);
     return std::accumulate(columns, columns + 12, 0.0);

@@ -40,6 +40,7 @@ base_cells = 4
 space_depth = 0
 time_depth = 0
 bend_tolerance = 0.3
+motion_tolerance = 0.5
 )";
 
 inline constexpr const char* tiny_sets = R"([[set]]
@@ -86,6 +87,7 @@ base_cells = 4
 space_depth = 0
 time_depth = 0
 bend_tolerance = 0.3
+motion_tolerance = 0.5
 )";
 
 inline constexpr const char* tiny_physical_sets = R"([[set]]

@@ -215,7 +215,8 @@ TEST(Preset, ParametersTellEveryFieldThatChangesTheBytes) {
       {"spans_per_period", [](Preset& p) { p.spans_per_period = 2; }},
       {"space_depth", [](Preset& p) { p.field.space_depth = 1; }},
       {"time_depth", [](Preset& p) { p.field.time_depth = 1; }},
-      {"bend_tolerance", [](Preset& p) { p.field.bend_tolerance += 1e-12; }}};
+      {"bend_tolerance", [](Preset& p) { p.field.bend_tolerance += 1e-12; }},
+      {"motion_tolerance", [](Preset& p) { p.motion_tolerance += 1e-12; }}};
   const Preset preset = tiny();
   for (const auto& [field, change] : changes) {
     Preset other = preset;

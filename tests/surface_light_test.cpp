@@ -33,9 +33,9 @@ std::vector<double> fluxes(const DropInstant& drop, const View& view,
   frame.centre_column = frame.path_top_row = 0.5;
   StreakWindow window =
       make_window(frame, 2 + static_cast<int>(value_count(request)), 1.6 * radius_m, 0.5, 0.5);
-  const Moment moment = {.travel = {0.5, 0.5}};
-  integrate_lights(trace_exit_field(drop, view, none, options), none, frame, {&moment, 1},
-                   {&moment, 1}, window, request);
+  const SpanSlices moment = {.travel = {0.5, 0.5}};
+  integrate_lights(trace_exit_field(drop, view, none, options), none, frame, moment,
+                   window, request);
   for (double& value : window.values) value *= 16;  // pixel area over r0^2
   return window.values;
 }

@@ -128,8 +128,8 @@ void add_intensity(const DropInstant& sphere, Report& report) {
   FieldOptions options;
   options.paths.refractive_index = water_index;
   const ExitField field = trace_exit_field(sphere, view_from_elevation(0), lights, options);
-  const Moment moment = {.travel = {0.5, 0.5}};
-  integrate_lights(field, lights, frame, {&moment, 1}, {&moment, 1}, window);
+  const SpanSlices moment = {.travel = {0.5, 0.5}};
+  integrate_lights(field, lights, frame, moment, window);
   double square = 0;
   Curve traced{"exit field, 1 degree cone", {}, {}, {}}, closed{"closed form", {}, {}, {}};
   for (std::size_t k = 0; k < angles.size(); ++k) {

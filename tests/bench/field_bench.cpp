@@ -96,38 +96,31 @@ void field(benchmark::State& state) {
 }
 BENCHMARK(field)->Apply(field_axes);
 
-// `count` moments, evenly over the span, of a drop that falls 1.2 rows in each.
-std::vector<Moment> bench_moments(std::int64_t count) {
-  std::vector<Moment> moments;
-  for (std::int64_t k = 0; k < count; ++k) {
-    const double step = 1.0 / static_cast<double>(count), at = static_cast<double>(k);
-    moments.push_back({.span_share = (at + 0.5) * step,
-                       .travel = {30 + 1.2 * at, 31.2 + 1.2 * at},
-                       .time_share = step});
-  }
-  return moments;
+// `count` slices everywhere, of a drop that falls 1.2 rows in each.
+SpanSlices bench_slices(std::int64_t count) {
+  const auto most = static_cast<double>(count);
+  return {.travel = {30, 30 + 1.2 * most}, .most = most, .motion_tolerance = 0};
 }
 
 void lights(benchmark::State& state) {
   const FieldCase setting = field_case(state);
   const ExitField traced = bench_field(setting);
   const ConeLights cone_lights = cones(setting.lights);
-  const std::vector<Moment> moments = bench_moments(setting.moments);
+  const SpanSlices slices = bench_slices(setting.moments);
   const StreakFrame frame = {.width_px = 32,
                              .height_px = 256,
                              .pixel_m = 1.6e-3 / 11.2,
                              .centre_column = 16,
                              .path_top_row = 30,
                              .path_rows = 196};
-  StreakWindow window =
-      make_window(frame, static_cast<int>(setting.lights) + 2, 2e-3,
-                  moments.front().travel.first_row, moments.back().travel.last_row);
+  StreakWindow window = make_window(frame, static_cast<int>(setting.lights) + 2, 2e-3,
+                                    slices.travel.first_row, slices.travel.last_row);
   for (auto _ : state) {
-    integrate_lights(traced, cone_lights, frame, moments, {}, window);
+    integrate_lights(traced, cone_lights, frame, slices, window);
     benchmark::DoNotOptimize(window.values.data());
   }
   state.counters["patches"] = static_cast<double>(traced.patches.size());
-  report_time_per_item(state, moments.size());
+  report_time_per_item(state, static_cast<std::size_t>(setting.moments));
 }
 BENCHMARK(lights)->Apply(light_axes);
 

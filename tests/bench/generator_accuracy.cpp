@@ -39,6 +39,7 @@ StreakRequest four_times_finer(StreakRequest request) {
   ++request.field.space_depth;
   ++request.field.time_depth;
   request.field.bend_tolerance /= 4;
+  request.motion_tolerance /= 4;
   return request;
 }
 

@@ -80,6 +80,8 @@ void apply_item(const std::string& item, StreakRequest& request) {
     field.time_depth = whole(0, 10);
   } else if (key == "bend_tolerance") {
     field.bend_tolerance = number_in(item, text, 1e-6, 10, false);
+  } else if (key == "motion_tolerance") {
+    request.motion_tolerance = number_in(item, text, 0, 10, false);
   } else if (key == "level") {
     request = at_accuracy_level(request, whole(0, accuracy_levels - 1));
   } else if (key == "seed") {
@@ -87,7 +89,7 @@ void apply_item(const std::string& item, StreakRequest& request) {
   } else {
     throw CLI::ValidationError(
         "setting", fmt::format("\"{}\"; expected KEY=VALUE with one of slices, spans_per_period, "
-                               "base_cells, space_depth, time_depth, bend_tolerance, level, seed",
+                               "base_cells, space_depth, time_depth, bend_tolerance, motion_tolerance, level, seed",
                                item));
   }
 }
