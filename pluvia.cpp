@@ -435,9 +435,10 @@ CLI::App* add_generate(CLI::App& app, GenerateFlags& flags) {
                    "of every light, instead of the preset's; 0: points at infinity")
       ->check(finite_range(0, 0) | finite_range(0.05, 30));
   command
-      ->add_option("--error", flags.error,
-                   "relative RMSE that 9 of 10 streaks of every shard must keep; chooses the settings")
-      ->check(finite_range(0.001, 1));
+      ->add_option(
+          "--error", flags.error,
+          "relative RMSE that 9 of 10 streaks of every shard must keep; chooses the settings")
+      ->check(finite_range(0.004, 1));
   command->add_option("--isa", flags.isa, "scalar, avx2 or avx512; default: the widest there is");
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->add_option("--for", flags.scene, "scene, TOML: trace only what it can ask for");

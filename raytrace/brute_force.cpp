@@ -180,8 +180,7 @@ struct BruteJob {
 
   void follow_one(const DropInstant& drop, const View& view, const CameraRay& camera_ray,
                   Replicate& sums) const {
-    const auto hit =
-        embree.intersect(drop, camera_ray.from_m, -view.to_camera, RaySide::outside);
+    const auto hit = embree.intersect(drop, camera_ray.from_m, -view.to_camera, RaySide::outside);
     if (!hit) return;
     add_hit(camera_ray.pixel, sums);
     const Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
@@ -202,6 +201,7 @@ struct BruteJob {
     for (std::size_t k = 0; k < rays.size(); ++k) {
       if (!met[k]) continue;
       add_hit(rays[k].pixel, sums);
+      if (met[k]->normal.dot(view.to_camera) <= 0) continue;  // grazes: as follow() has it
       hits.push_back({met[k]->position, met[k]->normal});
       pixels.push_back(rays[k].pixel);
     }

@@ -44,8 +44,8 @@ struct BruteStreak {
 };
 
 // Throws std::invalid_argument for a cone of half angle 0: no ray meets a point.
-// Of the request's field options only those of the paths and the instruction set are used. Same bytes for any thread
-// count. `progress` gets the share done, 0 .. 1, from one thread at a time.
+// Of the request's field options only those of the paths and the instruction set are used. Same
+// bytes for any thread count. `progress` gets the share done, 0 .. 1, from one thread at a time.
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
                                const std::function<void(double)>& progress = {});
 

@@ -9,19 +9,26 @@ namespace pluvia {
 
 namespace {
 
-// No patch is thought to have less light than this, when bends of its light are weighed.
-constexpr double least_light = 0.002;
-
 // What an edge patch holds at its nodes: the beam that meets the last interface, and the picture.
 enum : std::size_t {
-  incident_x, incident_y, incident_z, normal_x, normal_y, normal_z, part_s, part_p,
-  edge_column, edge_row, edge_facing, edge_quantities
+  incident_x,
+  incident_y,
+  incident_z,
+  normal_x,
+  normal_y,
+  normal_z,
+  part_s,
+  part_p,
+  edge_column,
+  edge_row,
+  edge_facing,
+  edge_quantities
 };
 using EdgeNet = BezierNet<edge_quantities>;
 
 // A patch whose map has an edge where the last interface turns to total reflection: what meets that
-// interface is the polynomial, what leaves it is computed at each point. Pieces are sampled at 3 x 3
-// points, and halved where a light may reach them until they are flat.
+// interface is the polynomial, what leaves it is computed at each point. Pieces are sampled at 3 x
+// 3 points, and halved where a light may reach them until they are flat.
 struct EdgeCutter {
   Integrator& integrator;
   const EdgeNet& net;
@@ -38,10 +45,10 @@ struct EdgeCutter {
   using Quantities = std::array<double, edge_quantities>;
 
   ConeVertex vertex(const Quantities& q) const {
-    const InterfaceExit exit = leave_interface(
-        refracted, {q[incident_x], q[incident_y], q[incident_z]},
-        {q[normal_x], q[normal_y], q[normal_z]}, q[part_s], q[part_p],
-        integrator.field.refractive_index);
+    const InterfaceExit exit =
+        leave_interface(refracted, {q[incident_x], q[incident_y], q[incident_z]},
+                        {q[normal_x], q[normal_y], q[normal_z]}, q[part_s], q[part_p],
+                        integrator.field.refractive_index);
     return {exit.direction.x(), exit.direction.y(), exit.direction.z(), q[edge_column],
             q[edge_row],        exit.throughput,    q[edge_facing],     exit.margin};
   }
@@ -113,14 +120,14 @@ struct EdgeCutter {
     for (std::size_t line = 0; line < 3; ++line) {
       const std::size_t n = line * (4 - stride);
       const ConeVertex &a = s[n], &b = s[n + stride], &c = s[n + 2 * stride];
-      const auto second = [&](double ConeVertex::* q) { return a.*q - 2 * b.*q + c.*q; };
+      const auto second = [&](double ConeVertex::*q) { return a.*q - 2 * b.*q + c.*q; };
       const double x = second(&ConeVertex::dx), y = second(&ConeVertex::dy),
                    z = second(&ConeVertex::dz);
       most.direction = std::max(most.direction, std::sqrt(x * x + y * y + z * z));
       const double column = second(&ConeVertex::x), row = second(&ConeVertex::y);
-      most.rest = std::max({most.rest, std::sqrt(column * column + row * row) / flat_picture_px,
-                            importance * std::abs(second(&ConeVertex::throughput)) /
-                                (flat_share * brightest)});
+      most.rest = std::max(
+          {most.rest, std::sqrt(column * column + row * row) / flat_picture_px,
+           importance * std::abs(second(&ConeVertex::throughput)) / (flat_share * brightest)});
     }
     return most;
   }
@@ -234,8 +241,7 @@ void integrate_edge_patch(Integrator& integrator, const FieldPatch& patch) {
                       .importance = patch.importance,
                       .lights = lights};
     if (integrator.is_delta) {
-      integrator.add_glints(lights, slice,
-                            [&](double u, double v) { return cutter.point(u, v); });
+      integrator.add_glints(lights, slice, [&](double u, double v) { return cutter.point(u, v); });
     } else {
       cutter.piece({}, cutter.samples({}), 0, 0);
     }

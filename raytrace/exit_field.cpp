@@ -1,6 +1,7 @@
 #include "raytrace/exit_field.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -31,8 +32,9 @@ double least_facing_of_exits(double refractive_index) {
 
 // A path counts fully where it passes this share of the light (reflection at normal incidence), or
 // gives as much of some light's whole light as the second; with less of both, its map may bend more
-// in proportion, and where it breaks, every halving of its light saves one halving of the cell. (By
-// the second alone grazing reflection, bright from a thin ring, came out double.)
+// in proportion, and where it breaks, every halving of its light saves one halving of the cell.
+// (The second alone would not do: grazing reflection, bright from a thin ring, then comes out
+// double.)
 constexpr double full_throughput = 0.02;
 constexpr double full_share = 0.25;
 
@@ -45,8 +47,8 @@ constexpr double least_brightness = 1e-3;
 // Third difference of a smooth throughput, over its largest.
 constexpr double dim_tolerance = 0.3;
 
-// An error of the beam that meets the last interface grows by the index and by one over the cosine of
-// refraction when it leaves: it must be smaller by this share.
+// An error of the beam that meets the last interface grows by the index and by one over the cosine
+// of refraction when it leaves: it must be smaller by this share.
 constexpr double interface_share = 0.3;
 
 // Where the depth runs out, the polynomial through a cell's nodes is still the best guess while the
@@ -67,9 +69,9 @@ struct Place {
 
 struct OpenCell {
   Place origin = {};
-  int step = 1, time_step = 1;              // between its nodes, on the finest lattice
+  int step = 1, time_step = 1;  // between its nodes, on the finest lattice
   bool surface_done = false;
-  std::vector<std::uint64_t> done = {};     // signatures that coarser cells have settled
+  std::vector<std::uint64_t> done = {};  // signatures that coarser cells have settled
 };
 
 struct AskedNode {
@@ -172,12 +174,13 @@ struct PathShape {
   Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
   double radius_rad = 0;               // largest angle of a node's direction from it
   double brightest = 0;                // throughput of a visible node
-  double mean_light = 0;               // throughput x facing, over all nodes
-  double spread_sr = 0;                // solid angle of the directions at one time, or of less
+  double mean_light = 0;               // mean over all nodes of throughput x facing
+  double spread_sr = 0;                // solid angle of the directions at the cell's first time; 0
+                                       // where nodes are missing
   // Largest third differences.
   struct Bends {
-    double space = 0, time = 0;          // of directions
-    double dim = 0, time_dim = 0;        // of throughputs, of powers
+    double space = 0, time = 0;    // of directions
+    double dim = 0, time_dim = 0;  // of throughputs, of powers
   };
   Bends map = {};
 };
@@ -219,7 +222,9 @@ PathShape::Bends map_bends(const CellExits& exits, int times) {
   using Eigen::Vector2d;
   return bends_of(
       times, [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; },
-      [&](std::size_t n) -> Vector2d { return {exits[n]->throughput, 0}; });
+      [&](std::size_t n) -> Vector2d {
+        return {exits[n]->throughput, 0};
+      });
 }
 
 PathShape::Bends interface_bends(const CellExits& exits, int times) {
@@ -231,7 +236,9 @@ PathShape::Bends interface_bends(const CellExits& exits, int times) {
         both << exits[n]->incident, exits[n]->normal;
         return both;
       },
-      [&](std::size_t n) -> Vector2d { return {exits[n]->power_s, exits[n]->power_p}; });
+      [&](std::size_t n) -> Vector2d {
+        return {exits[n]->power_s, exits[n]->power_p};
+      });
 }
 
 // Of the first time's directions: the area of the cell's nine quads.
@@ -343,8 +350,7 @@ struct Refiner {
     if (std::isinf(dimmest)) return 0;
     const double light = shape.mean_light * std::pow(3 * cell.step * lattice.step_rad(), 2);
     const double seen = static_cast<double>(shape.seen) / node_count();
-    const double spread =
-        seen * shape.spread_sr + 4 * shape.radius_rad * cone + pi * cone * cone;
+    const double spread = seen * shape.spread_sr + 4 * shape.radius_rad * cone + pi * cone * cone;
     const double share = light / spread / (full_share * dimmest);
     return std::clamp(std::max(share, shape.brightest / full_throughput), least_importance, 1.0);
   }
@@ -361,7 +367,8 @@ struct Refiner {
   Roughness roughness(const PathShape& shape, const PathShape::Bends& bends, double importance,
                       double share) const {
     const double bend = share * options.bend_tolerance * lights.half_angle_rad / importance;
-    const double dim = share * dim_tolerance * shape.brightest / importance;
+    const double dim =
+        share * std::min(dim_tolerance / importance, trusted_light) * shape.brightest;
     return {std::max(bends.space / bend, bends.dim / dim),
             std::max(bends.time / bend, bends.time_dim / dim),
             std::max(bends.space, bends.time) / bend,
@@ -384,13 +391,15 @@ struct Refiner {
     if (map.worst() <= 1) return {PatchKind::smooth, {}};
     const Roughness end =
         roughness(shape, interface_bends(exits, field.times), importance, interface_share);
-    Verdict verdict;
-    const Roughness& better = map.worst() <= end.worst() ? map : end;
-    verdict.wanted = {better.space > 1 && left.space, better.time > 1 && left.time};
+    const bool map_is_better = map.worst() <= end.worst();
+    const Roughness& better = map_is_better ? map : end;
+    const Halving wanted = {better.space > 1 && left.space, better.time > 1 && left.time};
     if (better.to_be_trusted()) {
-      verdict.kind = &better == &map ? PatchKind::smooth : PatchKind::edge;
+      return {map_is_better ? PatchKind::smooth : PatchKind::edge, wanted};
     }
-    return verdict;
+    const Roughness& other = map_is_better ? end : map;
+    if (!other.to_be_trusted()) return {PatchKind::loose, wanted};
+    return {map_is_better ? PatchKind::edge : PatchKind::smooth, wanted};
   }
 
   template <typename Take>  // take(place) for each node of a cell, in the order of its list
@@ -456,7 +465,9 @@ struct Refiner {
       open.surface_done = !still_open;
       halving.space = still_open;
     }
-    for (const std::uint64_t signature : open_signatures(open, cell)) {
+    std::vector<std::uint64_t> signatures;
+    if (!lights.directions.empty()) signatures = open_signatures(open, cell);
+    for (const std::uint64_t signature : signatures) {
       CellExits exits = {};
       const PathShape shape = path_shape(field, cell, signature, exits);
       bool done = true;
@@ -493,19 +504,24 @@ struct Refiner {
   }
 };
 
-ExitField emptied(ExitField field) {
-  field.nodes.clear();
-  field.exits.clear();
-  field.cells.clear();
-  field.patches.clear();
-  field.surfaces.clear();
-  field.remainder = {};
-  field.traced_nodes = 0;
+// A field without content, but with the memory of another.
+ExitField emptied(ExitField other) {
+  const auto take = [](auto& list) {
+    list.clear();
+    return std::move(list);
+  };
+  ExitField field;
+  field.nodes = take(other.nodes);
+  field.exits = take(other.exits);
+  field.cells = take(other.cells);
+  field.patches = take(other.patches);
+  field.surfaces = take(other.surfaces);
   return field;
 }
 
 ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLights& lights,
                 const FieldOptions& options, ExitField storage) {
+  assert(lights.directions.empty() || lights.half_angle_rad > 0);
   ExitField field = emptied(std::move(storage));
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
@@ -534,9 +550,8 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   const int time_step = field.times == 1 ? 1 : 1 << options.time_depth;
   for (int j = 0; j < options.base_cells; ++j) {
     for (int i = 0; i < options.base_cells; ++i) {
-      refiner.next.push_back({.origin = {i * span, j * span, 0},
-                              .step = step,
-                              .time_step = time_step});
+      refiner.next.push_back(
+          {.origin = {i * span, j * span, 0}, .step = step, .time_step = time_step});
     }
   }
   while (!refiner.next.empty()) {
@@ -546,7 +561,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
     cells.reserve(now.size());
     for (const OpenCell& open : now) cells.push_back(refiner.ask(open));
     lattice.trace_asked();
-    if (refiner.brightness.empty()) refiner.measure_brightness();
+    if (!lights.directions.empty() && refiner.brightness.empty()) refiner.measure_brightness();
     for (std::size_t n = 0; n < now.size(); ++n) refiner.settle(now[n], cells[n]);
   }
   return field;

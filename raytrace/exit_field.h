@@ -7,11 +7,11 @@
 // e2) / r, c toward the camera, r = |(x, y)|: smooth across the outline, and a square of that map
 // carries little projected area where it grazes. A cell is a block of 4 x 4 nodes in (x, y) at 4
 // times: where a map is smooth, the tricubic polynomial through them is the map at ANY time of the
-// span, so that the streak may be integrated over far more moments than were traced. Where only the last
-// interface spoils that (total reflection sets in), what meets the interface is interpolated, and
-// the law of refraction applied at each point. A cell is
-// halved in space or in time, for the sake of those paths that bend or break in it (total
-// reflection, shadow) near one of the lights; where no light looks, the field stays coarse.
+// span, so that the streak may be integrated over far more moments than were traced. Where only the
+// last interface spoils that (total reflection sets in), what meets the interface is interpolated,
+// and the law of refraction applied at each point. A cell is halved in space or in time, for the
+// sake of those paths that bend or break in it (total reflection, shadow) near one of the lights;
+// where no light looks, the field stays coarse.
 #pragma once
 
 #include <array>
@@ -77,7 +77,7 @@ struct FieldNode {
 constexpr int cell_side = 4;  // nodes per side, in space and (unless the field is one instant) time
 
 struct FieldCell {
-  std::array<std::uint32_t, cell_side * cell_side * cell_side> nodes = {};  // x fastest, then y
+  std::array<std::uint32_t, cell_side* cell_side* cell_side> nodes = {};  // x fastest, then y
   double first = 0, last = 1;  // of the cell's time, as shares of the span
 };
 

@@ -42,7 +42,7 @@ struct PathExit {
   bool refracted = false;                // there, else reflected outside
   Eigen::Vector3d incident = {0, 0, 1};  // unit direction of the beam that meets it
   Eigen::Vector3d normal = {0, 0, 1};    // unit, against `incident`
-  double power_s = 0, power_p = 0;       // of that beam; both 0 where the light meets the drop again
+  double power_s = 0, power_p = 0;  // of that beam; both 0 where the light meets the drop again
 };
 
 // What leaves an interface, from what meets it (inputs need not be of exactly unit length).
@@ -69,9 +69,9 @@ struct PathRemainder {
 //
 // With normal . to_camera <= 0 the point lies beyond the outline and no light comes from there: the
 // exits are the analytic continuation of the map past the outline (optics.h), so that a cell of the
-// field which the outline cuts still has a smooth map. Reflected light is not tested for meeting the
-// drop again and its throughput exceeds 1; refracted light has negative throughput. The remainder is
-// zero then.
+// field which the outline cuts still has a smooth map. Reflected light is not tested for meeting
+// the drop again and its throughput exceeds 1; refracted light has negative throughput. The
+// remainder is zero then.
 PathRemainder trace_exits(const DropInstant& drop, const Eigen::Vector3d& position_m,
                           const Eigen::Vector3d& normal, const Eigen::Vector3d& to_camera,
                           const PathOptions& options, std::vector<PathExit>& exits);

@@ -15,18 +15,19 @@ namespace pluvia {
 struct SpanSlices {
   Travel travel = {};     // of the drop's centre during the span
   double time_share = 1;  // of the whole exposure
-  double most = 1;        // of the span, >= 1
+  // Of the span, >= 1: about, since each of the field's cells of time has a whole number of them.
+  double most = 1;
   // How far directions may move in a slice, as a share of the cone's half angle, over the patch's
-  // importance. 0: always as many slices as there may be.
+  // importance, and the surface, in pixels. 0: always as many slices as there may be.
   double motion_tolerance = 0.5;
-  bool shifted = false;  // by half a slice: the first and the last are halves
+  bool shifted = false;  // by half a slice: the first and the last of each cell are halves
 };
 
 // Adds the field's picture to the window's planes: plane k is light k, then come the uniform
 // environment where it is asked for, coverage, and the values of surface_light.h. Values are
-// averages over pixel area and over time: lights per unit irradiance on a plane facing them, L = E /
-// (pi sin^2 half_angle) inside the cone [1/sr] - a half angle of 0 is that limit: the light comes in
-// glints (raytrace/glints.h, which tells what then cannot be promised) -; environments per unit
+// averages over pixel area and over time: lights per unit irradiance on a plane facing them, L = E
+// / (pi sin^2 half_angle) inside the cone [1/sr] - a half angle of 0 is that limit: the light comes
+// in glints (raytrace/glints.h, which tells what then cannot be promised) -; environments per unit
 // radiance; under a map, radiance.
 void integrate_lights(const ExitField& field, const ConeLights& lights, const StreakFrame& frame,
                       const SpanSlices& slices, StreakWindow& window,

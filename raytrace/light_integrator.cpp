@@ -6,11 +6,18 @@ namespace pluvia {
 
 namespace {
 
+// Pieces' directions stay within a fifth of the cone, however faint the patch.
+constexpr double least_flat_importance = 0.1;
+
 constexpr double glint_px = 1e-3;  // what the glint of a delta light covers of the picture
 
-// A pattern may move this far in the picture before the next slice shows it elsewhere.
-constexpr double slice_motion_px = 0.25;
-constexpr double surface_motion_px = 0.1;  // the same of the outline
+// How far the surface may move in a slice, over what directions may of the cone's half angle: in
+// pixels, for a path's picture and for the surface's own.
+constexpr double slice_motion_px = 1;
+constexpr double surface_motion_px = 0.4;
+
+// Other values of the surface follow the exits' directions, not its motion alone.
+constexpr double slices_per_value_slice = 4;
 
 // Slices of a cell's time: as many as asked for, at most its share of the span's. A tolerance keeps
 // a share that is whole from being rounded up.
@@ -25,11 +32,11 @@ std::vector<Slice> slices_of(const SpanSlices& span, const FieldCell& cell, doub
   std::vector<Slice> slices;
   for (int k = 0; k < count + (span.shifted ? 1 : 0); ++k) {
     const double from = cell.first + share * start(k), to = cell.first + share * start(k + 1);
-    slices.push_back({.cell_share = 0.5 * (start(k) + start(k + 1)),
-                      .span_share = 0.5 * (from + to),
-                      .travel = {span.travel.first_row + rows * from,
-                                 span.travel.first_row + rows * to},
-                      .time_share = span.time_share * (to - from)});
+    slices.push_back(
+        {.cell_share = 0.5 * (start(k) + start(k + 1)),
+         .span_share = 0.5 * (from + to),
+         .travel = {span.travel.first_row + rows * from, span.travel.first_row + rows * to},
+         .time_share = span.time_share * (to - from)});
   }
   return slices;
 }
@@ -52,16 +59,20 @@ std::vector<Slice> Integrator::slices(const FieldCell& cell, const Motion& motio
   if (slice_direction == 0) return slices_of(span, cell, span.most);
   return slices_of(span, cell,
                    std::max(motion.direction * importance / slice_direction,
-                            motion.picture_px / slice_motion_px));
+                            motion.picture_px / (slice_motion_px * span.motion_tolerance)));
 }
 
-std::vector<Slice> Integrator::surface_slices(const FieldCell& cell, double motion_px) const {
-  return slices_of(span, cell,
-                   span.motion_tolerance == 0 ? span.most : motion_px / surface_motion_px);
+std::vector<Slice> Integrator::surface_slices(const FieldCell& cell, double motion_px,
+                                              bool has_other_values) const {
+  if (span.motion_tolerance == 0) return slices_of(span, cell, span.most);
+  const double asked = motion_px / (surface_motion_px * span.motion_tolerance);
+  const double share = cell.last - cell.first;
+  return slices_of(
+      span, cell,
+      has_other_values ? std::max(asked, span.most * share / slices_per_value_slice) : asked);
 }
 
-std::vector<int> Integrator::lights_in_reach(
-    const std::vector<Eigen::Vector3d>& directions) const {
+std::vector<int> Integrator::lights_in_reach(const std::vector<Eigen::Vector3d>& directions) const {
   std::vector<int> found;
   for (std::size_t l = 0; l < cones.size(); ++l) {
     if (!beyond_a_side(cones[l], directions)) found.push_back(static_cast<int>(l));
@@ -70,7 +81,8 @@ std::vector<int> Integrator::lights_in_reach(
 }
 
 double Integrator::flat_direction(double importance) const {
-  return flat_share * std::tan(cones.front().half_angle_rad) / std::max(importance, 0.1);
+  return flat_share * std::tan(cones.front().half_angle_rad) /
+         std::max(importance, least_flat_importance);
 }
 
 void Integrator::add_triangle(int light, const Slice& slice, const ConeVertex& a,

@@ -1,10 +1,11 @@
-// Inside of raytrace/light_integral.h: what the kinds of patches share, and each kind's way into the
-// pictures.
+// Inside of raytrace/light_integral.h: what the kinds of patches share, and each kind's way into
+// the pictures.
 #pragma once
 
 #include <algorithm>
 #include <array>
-#include <span>
+#include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include "raytrace/bezier_patch.h"
@@ -18,6 +19,9 @@ namespace pluvia {
 constexpr double flat_share = 0.02;
 constexpr double flat_px = 0.05;
 constexpr double flat_radii = 0.004;  // .. or of the drop's radius, where pixels are coarser
+
+// No patch is thought to have less light than this, when bends of its light are weighed.
+constexpr double least_light = 0.002;
 
 // What a patch holds at its nodes, or control points.
 enum : std::size_t { dir_x, dir_y, dir_z, column, row, light, facing, quantities };
@@ -98,7 +102,8 @@ struct Integrator {
   Node node_values(std::uint32_t index, const PathExit& exit) const;
 
   std::vector<Slice> slices(const FieldCell& cell, const Motion& motion, double importance) const;
-  std::vector<Slice> surface_slices(const FieldCell& cell, double motion_px) const;
+  std::vector<Slice> surface_slices(const FieldCell& cell, double motion_px,
+                                    bool has_other_values) const;
 
   // Lights that one of the directions, or what is between them, may reach.
   std::vector<int> lights_in_reach(const std::vector<Eigen::Vector3d>& directions) const;
@@ -144,8 +149,8 @@ struct CellPolynomial {
     return net;
   }
 
-  // A bound on the speed of some of the quantities, per cell's time: a cubic's derivative is 3 times
-  // the differences of its control points, or between them.
+  // A bound on the speed of some of the quantities, per cell's time: a cubic's derivative is 3
+  // times the differences of its control points, or between them.
   template <typename Size>  // size(difference of two control points)
   double speed(Size size) const {
     double most = 0;

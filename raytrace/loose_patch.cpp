@@ -17,11 +17,11 @@ void integrate_loose_patch(Integrator& integrator, const FieldPatch& patch) {
   const Motion motion = node_motion(integrator, patch);
   for (const Slice& slice : integrator.slices(cell, motion, patch.importance)) {
     const BetweenNodes t = between_nodes(field, slice.cell_share);
-    for_loose_triangles(
-        t, field.times, node_at,
-        [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
-          for (const int light : lights) integrator.add_triangle(light, slice, a, b, c);
-        });
+    for_loose_triangles(t, field.times, node_at,
+                        [&](const ConeVertex& a, const ConeVertex& b, const ConeVertex& c) {
+                          for (const int light : lights)
+                            integrator.add_triangle(light, slice, a, b, c);
+                        });
   }
 }
 

@@ -39,7 +39,8 @@ std::optional<Node> node_between(const BetweenNodes& t, int times, std::size_t p
   if (times == 1) return before;
   const std::optional<Node> after = node_at(t.before + 1, place);
   if (!before || !after) return t.share < 0.5 ? before : after;
-  for (std::size_t c = 0; c < quantities; ++c) (*before)[c] += t.share * ((*after)[c] - (*before)[c]);
+  for (std::size_t c = 0; c < quantities; ++c)
+    (*before)[c] += t.share * ((*after)[c] - (*before)[c]);
   return before;
 }
 

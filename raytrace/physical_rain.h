@@ -46,8 +46,8 @@ std::string physical_parameters(const PhysicalRain& rain);
 // a sphere has no sums at all.
 DropShape physical_drop(const PhysicalRain& rain, const OscillationSet& set, int diameter_um);
 
-// Slices of time that a picture of the whole span over path_rows rows needs: enough for each row,
-// and for each period of the drop's fastest mode.
+// Slices of time that a picture of the whole span over path_rows rows needs at most: enough for
+// each row, and for each period of the drop's fastest mode.
 int slices_needed(const PhysicalRain& rain, const DropShape& drop, double path_rows);
 
 // No point of the drop is farther from its centre at any time, whatever the phases; at most 10 %

@@ -294,8 +294,9 @@ std::string preset_parameters(const Preset& preset) {
   }
   if (preset.target_error > 0) {
     // The settings follow from it.
-    for (const char* key : {"base_cells", "spans_per_period", "space_depth", "time_depth",
-                            "bend_tolerance", "motion_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
+    for (const char* key :
+         {"base_cells", "spans_per_period", "space_depth", "time_depth", "bend_tolerance",
+          "motion_tolerance", "slices", "slices_per_row", "slices_per_period"}) {
       parameters.erase(key);
     }
     parameters["target_error"] = preset.target_error;

@@ -22,7 +22,7 @@ struct Preset {
   double density_kg_m3 = 0;
   double surface_tension_n_m = 0;
   double exposure_s = 0;
-  double fall_speed_m_s = 0;  // gn2006; 0 in physical
+  double fall_speed_m_s = 0;       // gn2006; 0 in physical
   double cone_half_angle_deg = 0;  // 0: points at infinity (raytrace/glints.h); else 0.05 .. 30
   std::vector<LightDirection> lights = gn2006_light_directions();  // fewer: a scene's subset
   bool environment = true;      // write the part env; gn2006: always

@@ -10,9 +10,6 @@ namespace {
 
 constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 of a cell
 
-// No patch is thought to have less light than this, when bends of its light are weighed.
-constexpr double least_light = 0.002;
-
 using DirectionNet = BezierNet<3>;
 
 double direction_length(const Node& d) {
@@ -53,9 +50,10 @@ struct PatchCutter {
   Integrator& integrator;
   const Patch& patch;
   const Slice& slice;
-  std::vector<int>& lights;       // a stack: the last entries are those of the piece at hand
-  double flat = 0;                // what counts as flat for a direction
-  double bend_u = 0, bend_v = 0;  // of picture and throughput over the whole patch, over what is flat
+  std::vector<int>& lights;  // a stack: the last entries are those of the piece at hand
+  double flat = 0;           // what counts as flat for a direction
+  double bend_u = 0,
+         bend_v = 0;  // of picture and throughput over the whole patch, over what is flat
 
   // Lights [first, end) of the stack reach the piece's parent.
   void piece(const DirectionNet& net, const Rectangle& r, int depth, std::size_t first) {

@@ -29,10 +29,8 @@ constexpr std::array<Level, accuracy_levels> ladder = {{
     {0.008, 16, 16, 16, 5, 4, 0.2, 0.05},
 }};
 
-// The true error of a shard was at most this many times its estimate (docs/generator.md), and what
-// both replicates share, which no estimate sees, this much besides.
+// The true error of a shard was at most this many times its estimate (docs/generator.md).
 constexpr double margin = 1.5;
-constexpr double shared_error = 0.003;
 
 constexpr double slices_per_span = 4;  // at least
 
@@ -46,8 +44,7 @@ StreakRequest at_accuracy_level(StreakRequest request, int level) {
   request.field.time_depth = l.time_depth;
   request.field.bend_tolerance = l.bend_tolerance;
   request.motion_tolerance = l.motion_tolerance;
-  const double spans =
-      fastest_mode_periods(request.drop, request.exposure_s) * l.spans_per_period;
+  const double spans = fastest_mode_periods(request.drop, request.exposure_s) * l.spans_per_period;
   const double slices =
       std::max(l.slices_per_row * request.frame.path_rows, slices_per_span * spans);
   request.slices = std::max(4, static_cast<int>(std::ceil(slices)));
@@ -57,18 +54,23 @@ StreakRequest at_accuracy_level(StreakRequest request, int level) {
 double estimated_error(const TracedStreak& streak) {
   std::vector<double> errors;
   for (const StreakImage& image : streak.light) {
-    const bool dark = std::all_of(image.mean.begin(), image.mean.end(),
-                                  [](float value) { return value == 0; });
+    const bool dark =
+        std::all_of(image.mean.begin(), image.mean.end(), [](float value) { return value == 0; });
     if (!dark) errors.push_back(estimated_relative_error(image));
   }
   if (errors.empty()) return 0;
   const std::size_t rank = (9 * errors.size() + 9) / 10 - 1;
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(rank), errors.end());
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(rank),
+                   errors.end());
   return errors[rank];
 }
 
 AccurateStreak trace_streak_to(const StreakRequest& request, double relative_error,
                                const std::function<void(double)>& progress) {
+  if (!(relative_error > shared_error)) {
+    throw std::invalid_argument(
+        fmt::format("relative error {}; expected more than {}", relative_error, shared_error));
+  }
   int level = 0;
   while (level + 1 < accuracy_levels &&
          ladder[static_cast<std::size_t>(level)].usual_error > relative_error) {
@@ -79,9 +81,9 @@ AccurateStreak trace_streak_to(const StreakRequest& request, double relative_err
     const double estimate = std::hypot(margin * estimated_error(result.streak), shared_error);
     if (estimate <= relative_error) return result;
     if (level + 1 == accuracy_levels) {
-      throw std::runtime_error(fmt::format(
-          "estimated relative error {:.4f} at the finest setting; expected at most {}", estimate,
-          relative_error));
+      throw std::runtime_error(
+          fmt::format("estimated relative error {:.4f} at the finest setting; expected at most {}",
+                      estimate, relative_error));
     }
   }
 }

@@ -1,9 +1,10 @@
 // A streak to a stated error: the coarsest of a ladder of settings whose own estimate keeps it.
 //
-// The error of a streak is its relative RMSE, sqrt(sum (a - b)^2 / sum b^2) over its pixels; that of
-// a shard is the 90th percentile over its lights. The estimate comes from the tracer's two
-// replicates (raytrace/streak_tracer.h), which do not see what both share: it must keep the error
-// over a margin (docs/generator.md has the measurements behind the margin).
+// The error of a streak is its relative RMSE, sqrt(sum (a - b)^2 / sum b^2) over its pixels; that
+// of a shard is the 90th percentile over its lights. The estimate comes from the tracer's two
+// replicates (raytrace/streak_tracer.h), which do not see what both share: times a
+// margin, and with shared_error besides, it must keep the error (docs/generator.md has the
+// measurements behind both).
 #pragma once
 
 #include <functional>
@@ -14,8 +15,11 @@ namespace pluvia {
 
 constexpr int accuracy_levels = 7;
 
-// The request with a level's settings of time and field, 0 (coarsest) .. accuracy_levels - 1. Slices
-// follow the rows of the path and the periods of the drop.
+// What both replicates share at the finest levels: no smaller error can be promised.
+constexpr double shared_error = 0.003;
+
+// The request with a level's settings of time and field, 0 (coarsest) .. accuracy_levels - 1.
+// Slices follow the rows of the path and the periods of the drop.
 StreakRequest at_accuracy_level(StreakRequest request, int level);
 
 // 90th percentile over the lights of the estimated relative error (the nearest rank; dark lights,
@@ -27,8 +31,8 @@ struct AccurateStreak {
   int level = 0;
 };
 
-// relative_error > 0. Throws std::runtime_error when the finest level does not keep it; what
-// trace_streak throws.
+// Throws std::invalid_argument for a relative_error of shared_error or less, std::runtime_error
+// when the finest level does not keep it; what trace_streak throws.
 AccurateStreak trace_streak_to(const StreakRequest& request, double relative_error,
                                const std::function<void(double)>& progress = {});
 

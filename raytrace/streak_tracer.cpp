@@ -20,8 +20,8 @@ constexpr int replicates = 2;
 constexpr int rigid_grids = 8;  // per replicate
 
 // A point light has no size that says how smooth a map is to be: 1 degree puts a glint to within
-// bend_tolerance of that in direction, and the slope of the map, which is its light, to as much of a
-// cell's change.
+// bend_tolerance of that in direction, and the slope of the map, which is its light, to as much of
+// a cell's change.
 constexpr double glint_cone_rad = std::numbers::pi / 180;
 
 constexpr double least_cone_rad = 1e-4;
@@ -196,8 +196,8 @@ void refuse_thin_drop(const StreakRequest& request) {
 void refuse_cone(double half_angle_rad) {
   if (half_angle_rad == 0) return;
   if (half_angle_rad >= least_cone_rad && half_angle_rad < std::numbers::pi / 4) return;
-  throw std::invalid_argument(fmt::format(
-      "cone_half_angle_rad = {}; expected 0, or {} .. pi / 4", half_angle_rad, least_cone_rad));
+  throw std::invalid_argument(fmt::format("cone_half_angle_rad = {}; expected 0, or {} .. pi / 4",
+                                          half_angle_rad, least_cone_rad));
 }
 
 std::vector<Block> make_blocks(int spans) {

@@ -1,11 +1,11 @@
 // One shard: the streak of one oscillation seen from one direction, for all its lights at once.
 //
 // The exposure is cut into spans; over each the drop's exit field is traced (exit_field.h), and its
-// light deposited at several moments, each for the slice of time around it, over the rows that the
-// drop passes in it. The whole is done twice, as two replicates with differently turned and shifted
-// grids and with slices that lie half a slice apart; the result is their mean, and ((a - b) / 2)^2
-// its variance: the noise of sampling time and grid. A bias that both share is not in it. A rigid
-// drop needs no time: a few differently turned grids, each smeared over the whole path.
+// light deposited in slices of time, as many as each path needs (light_integral.h), over the rows
+// that the drop passes in them. The whole is done twice, as two replicates with differently turned
+// and shifted grids and with slices that lie half a slice apart; the result is their mean, and ((a
+// - b) / 2)^2 its variance: the noise of sampling time and grid. A bias that both share is not in
+// it. A rigid drop needs no time: a few differently turned grids, each smeared over the whole path.
 #pragma once
 
 #include <cstdint>
@@ -34,10 +34,10 @@ struct StreakRequest {
   double exposure_s = 1.0 / 60;
   StreakFrame frame = {};
   FieldOptions field = {};
-  int slices = 1024;             // per replicate, at most
-  double motion_tolerance = 0.5; // of directions in a slice (SpanSlices)
-  double spans_per_period = 12;  // of the fastest mode
-  std::uint64_t seed = 1;        // of the grids' turns and shifts
+  int slices = 1024;              // per replicate, at most
+  double motion_tolerance = 0.5;  // of directions in a slice (SpanSlices)
+  double spans_per_period = 12;   // of the fastest mode
+  std::uint64_t seed = 1;         // of the grids' turns and shifts
   EnvironmentRequest environment = {};
 };
 

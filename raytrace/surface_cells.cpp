@@ -56,8 +56,7 @@ struct SurfaceCell {
     }
     clip_to_facing(polygon);
     if (surface.environment.uniform) {
-      deposit(integrator.window, surface.uniform_plane(), slice.travel, polygon,
-              slice.time_share);
+      deposit(integrator.window, surface.uniform_plane(), slice.travel, polygon, slice.time_share);
     }
     if (rows.size() > 0) surface.many.add(slice.travel, polygon, slice.time_share, others);
     for (int k = 0; k < polygon.count; ++k) {
@@ -114,8 +113,10 @@ struct SurfaceCell {
       whole = whole && node.known;
       behind = behind || node.facing <= 0;
     }
+    const bool has_values = surface.many.count > 0;
     if (!whole) {
-      for (const Slice& slice : integrator.surface_slices(cell, node_motion_px(integrator, cell))) {
+      for (const Slice& slice :
+           integrator.surface_slices(cell, node_motion_px(integrator, cell), has_values)) {
         add_loose(slice);
       }
       return;
@@ -124,7 +125,7 @@ struct SurfaceCell {
                                                 [&](std::size_t place) { return values(place); });
     const double motion_px =
         polynomial.speed([](const Node& d) { return std::hypot(d[column], d[row]); });
-    for (const Slice& slice : integrator.surface_slices(cell, motion_px)) {
+    for (const Slice& slice : integrator.surface_slices(cell, motion_px, has_values)) {
       add_whole(polynomial, behind, slice);
     }
   }

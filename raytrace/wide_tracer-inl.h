@@ -110,11 +110,10 @@ HWY_INLINE void append_inside(InsideQueue& q, LaneMask mask, const WalkerLanes& 
 HWY_INLINE void append_outside(OutsideQueue& q, LaneMask mask, const WalkerLanes& w,
                                const LastLanes& last) {
   const Lanes value[walker_components + last_components] = {
-      w.position.x,       w.position.y,     w.position.z,    w.beam.direction.x,
-      w.beam.direction.y, w.beam.direction.z, w.beam.axis.x, w.beam.axis.y,
-      w.beam.axis.z,      w.beam.light.s,   w.beam.light.p,  w.beam.light.re,
-      w.beam.light.im,    last.incident.x,  last.incident.y, last.incident.z,
-      last.normal.x,      last.normal.y,    last.normal.z,   last.power_s,
+      w.position.x,       w.position.y,    w.position.z,    w.beam.direction.x, w.beam.direction.y,
+      w.beam.direction.z, w.beam.axis.x,   w.beam.axis.y,   w.beam.axis.z,      w.beam.light.s,
+      w.beam.light.p,     w.beam.light.re, w.beam.light.im, last.incident.x,    last.incident.y,
+      last.incident.z,    last.normal.x,   last.normal.y,   last.normal.z,      last.power_s,
       last.power_p,       last.refracted};
   append(q, mask, value, w.signature, w.word);
 }
@@ -122,10 +121,19 @@ HWY_INLINE void append_outside(OutsideQueue& q, LaneMask mask, const WalkerLanes
 HWY_INLINE void append_exits(ExitQueue& q, LaneMask mask, const WalkerLanes& w, Lanes throughput,
                              const LastLanes& last) {
   const Lanes3& d = w.beam.direction;
-  const Lanes value[4 + last_components] = {
-      d.x,           d.y,           d.z,           throughput,   last.incident.x,
-      last.incident.y, last.incident.z, last.normal.x, last.normal.y, last.normal.z,
-      last.power_s,  last.power_p,  last.refracted};
+  const Lanes value[4 + last_components] = {d.x,
+                                            d.y,
+                                            d.z,
+                                            throughput,
+                                            last.incident.x,
+                                            last.incident.y,
+                                            last.incident.z,
+                                            last.normal.x,
+                                            last.normal.y,
+                                            last.normal.z,
+                                            last.power_s,
+                                            last.power_p,
+                                            last.refracted};
   append(q, mask, value, w.signature, w.word);
 }
 

@@ -54,11 +54,10 @@ TEST(ExitField, ACellsPolynomialIsTheMapAtAnyTimeAndPlace) {
     }
     if (facing < 0.1) continue;
     const double share = 0.5 * (cell.first + cell.last);
-    const DropInstant drop =
-        drop_at(shape, span.first_s + share * (span.last_s - span.first_s));
-    const auto hit = intersect_drop(
-        drop, 5e-3 * view.to_camera + xy.x() * view.right + xy.y() * view.up, -view.to_camera,
-        RaySide::outside);
+    const DropInstant drop = drop_at(shape, span.first_s + share * (span.last_s - span.first_s));
+    const auto hit =
+        intersect_drop(drop, 5e-3 * view.to_camera + xy.x() * view.right + xy.y() * view.up,
+                       -view.to_camera, RaySide::outside);
     ASSERT_TRUE(hit);
     std::vector<PathExit> exits;
     trace_exits(drop, hit->position, hit->normal, view.to_camera, {}, exits);
@@ -112,8 +111,8 @@ TEST(ExitField, CellsHoldFourTimesOfAMovingDropAndOneOfARigidOne) {
 TEST(ExitField, SurfacesTileTheSpanWithoutOverlap) {
   // Each surface cell covers a square of the map over the whole span: their nodes are distinct but
   // for shared borders, so that N cells have at least 9 N distinct nodes (3 x 3 each) at each time.
-  const ExitField field = trace_exit_field(concave_drop(), view_from_elevation(20),
-                                           one_light({1, 0, 0}), {});
+  const ExitField field =
+      trace_exit_field(concave_drop(), view_from_elevation(20), one_light({1, 0, 0}), {});
   std::set<std::uint32_t> nodes;
   for (const std::uint32_t cell : field.surfaces) {
     for (std::size_t n = 0; n < 16; ++n) nodes.insert(field.cells[cell].nodes[n]);

@@ -35,8 +35,7 @@ std::vector<double> fluxes(const DropInstant& drop, const View& view, const Cone
   const int planes = static_cast<int>(lights.directions.size()) + 2;
   StreakWindow window = make_window(frame, planes, 1.6e-3, 0.5, 0.5);
   const SpanSlices moment = {.travel = {0.5, 0.5}, .time_share = time_share};
-  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, moment,
-                   window);
+  integrate_lights(trace_exit_field(drop, view, lights, options), lights, frame, moment, window);
   for (double& value : window.values) value *= 16;  // pixel area over r0^2
   return window.values;
 }

@@ -86,8 +86,8 @@ std::vector<double> sums(const SpanSlices& slices) {
   FieldOptions options;
   options.time_depth = 1;
   const ExitField field = trace_exit_field(drop, {0.8e-3, 1.1e-3}, view, lights, options);
-  StreakWindow window = make_window(frame, 5, 1.6e-3, slices.travel.first_row,
-                                    slices.travel.last_row);
+  StreakWindow window =
+      make_window(frame, 5, 1.6e-3, slices.travel.first_row, slices.travel.last_row);
   integrate_lights(field, lights, frame, slices, window);
   std::vector<double> planes;
   for (int plane = 0; plane < window.planes; ++plane) {

@@ -108,8 +108,8 @@ TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {
   const Preset none = tiny();
   EXPECT_EQ(none.transfer_degree, -1);
   EXPECT_EQ(preset_parameters(none).find("transfer"), std::string::npos);
-  const Preset asked = read_preset(write_preset(
-      folder.path(), replaced(tiny_preset, "[0, 3]", "[0, 3]\ntransfer_degree = 3")));
+  const Preset asked = read_preset(
+      write_preset(folder.path(), replaced(tiny_preset, "[0, 3]", "[0, 3]\ntransfer_degree = 3")));
   EXPECT_EQ(asked.transfer_degree, 3);
   EXPECT_THAT(preset_parameters(asked), HasSubstr("\"transfer_degree\":3"));
   const StreakRequest request = shard_request(asked, {3200, 3, 80});

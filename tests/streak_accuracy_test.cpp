@@ -1,6 +1,7 @@
 #include "raytrace/streak_accuracy.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -64,17 +65,22 @@ TEST(StreakAccuracy, LevelsAreFinerOneByOne) {
 }
 
 TEST(StreakAccuracy, AnErrorThatCannotBeKeptIsRefused) {
-  // One light; a millionth is beyond the finest level by orders of magnitude.
+  // No less than what both replicates share is promised; and of a light as narrow as this the
+  // finest level's pictures still differ by more than a third of a per cent.
   StreakRequest request = small_request();
   request.lights = {{10, 150}};
   request.exposure_s = 1e-4;
   request.frame.path_rows = 1;
+  EXPECT_THROW(trace_streak_to(request, shared_error), std::invalid_argument);
+  EXPECT_THROW(trace_streak_to(request, std::numeric_limits<double>::quiet_NaN()),
+               std::invalid_argument);
+  request.cone_half_angle_rad = 5e-4;
   try {
-    trace_streak_to(request, 1e-6);
+    trace_streak_to(request, 1.1 * shared_error);
     FAIL() << "kept";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), testing::MatchesRegex("estimated relative error 0\\.0.* at the "
-                                                    "finest setting; expected at most 1e-06"));
+                                                    "finest setting; expected at most 0\\.0033.*"));
   }
 }
 

@@ -34,8 +34,8 @@ std::vector<double> fluxes(const DropInstant& drop, const View& view,
   StreakWindow window =
       make_window(frame, 2 + static_cast<int>(value_count(request)), 1.6 * radius_m, 0.5, 0.5);
   const SpanSlices moment = {.travel = {0.5, 0.5}};
-  integrate_lights(trace_exit_field(drop, view, none, options), none, frame, moment,
-                   window, request);
+  integrate_lights(trace_exit_field(drop, view, none, options), none, frame, moment, window,
+                   request);
   for (double& value : window.values) value *= 16;  // pixel area over r0^2
   return window.values;
 }

@@ -110,9 +110,10 @@ void judge(const DatabaseFlags& flags) {
   const Comparison found = compare(flags);
   fmt::print("{} shards, {} lights; {} shards are not in the reference, {} lights are dark in it\n",
              found.shards, found.errors.size(), found.missing, found.dark);
-  fmt::print("median / 90th percentile / greatest, %\n{:<18} {:>6}  {:<22} {:<22} {:<22} {:<22} {}\n",
-             "", "lights", "error of the picture", "own estimate", "reference's estimate",
-             "error of the flux", "all flux");
+  fmt::print(
+      "median / 90th percentile / greatest, %\n{:<18} {:>6}  {:<22} {:<22} {:<22} {:<22} {}\n", "",
+      "lights", "error of the picture", "own estimate", "reference's estimate", "error of the flux",
+      "all flux");
   print_groups(found.errors, [](const LightError& e) { return e.shard; });
   print_groups(found.errors, [](const LightError& e) {
     return "view " + e.shard.substr(e.shard.rfind('v') + 1);

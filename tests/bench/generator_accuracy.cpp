@@ -74,11 +74,9 @@ void add_errors(const ChosenShard& shard, const TracedStreak& streak, const Trac
 
 void print_outcome(const Outcome& outcome) {
   fmt::print("{:<40} {:8.2f} {:10}  {:<22} {:<22} {:<22} {:+.3f}{}\n", outcome.setting,
-             outcome.used_s, outcome.nodes,
-             spread(outcome.errors, &LightError::image),
+             outcome.used_s, outcome.nodes, spread(outcome.errors, &LightError::image),
              spread(outcome.errors, &LightError::flux_error),
-             spread(outcome.errors, &LightError::estimate),
-             100 * total_flux_error(outcome.errors),
+             spread(outcome.errors, &LightError::estimate), 100 * total_flux_error(outcome.errors),
              outcome.dark > 0 ? fmt::format("  ({} dark lights left out)", outcome.dark) : "");
   std::fflush(stdout);
 }

@@ -1,5 +1,7 @@
 // The exit field against brute force (brute_trial.h): errors of fixed lights, the bias of all
-// lights' flux, and how much longer brute force takes to the same error.
+// lights' flux, and how much longer brute force takes to the same error. Its rays are followed by
+// the same wide tracer as the field's, so that the times compare methods; --independent follows
+// them by Embree and Mueller matrices.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -115,8 +117,8 @@ void print_law(const std::vector<Trial>& trials, Scale scale) {
       quantile(exponents, 0.75));
 }
 
-// The lights' mean squared error is seen far better than any one light's. Errors of different lights
-// are taken as independent: their rays leave in different directions.
+// The lights' mean squared error is seen far better than any one light's. Errors of different
+// lights are taken as independent: their rays leave in different directions.
 void print_mean_error(const std::vector<Trial>& trials, Scale scale) {
   double square = 0, variance = 0, count = 0;
   for (const Trial& trial : trials) {

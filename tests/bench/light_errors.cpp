@@ -28,7 +28,7 @@ LightError light_error(const StreakImage& ours, const StreakImage& reference) {
   return error;
 }
 
-std::string spread(const std::vector<LightError>& errors, double LightError::* figure) {
+std::string spread(const std::vector<LightError>& errors, double LightError::*figure) {
   std::vector<double> values;
   for (const LightError& error : errors) values.push_back(100 * std::abs(error.*figure));
   if (values.empty()) return "none";

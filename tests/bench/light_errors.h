@@ -21,7 +21,7 @@ struct LightError {
 LightError light_error(const StreakImage& ours, const StreakImage& reference);
 
 // "median / 90th percentile / greatest" of one figure's size, in per cent; "none" of no errors.
-std::string spread(const std::vector<LightError>& errors, double LightError::* figure);
+std::string spread(const std::vector<LightError>& errors, double LightError::*figure);
 
 // Of all lights' light together.
 double total_flux_error(const std::vector<LightError>& errors);

@@ -88,9 +88,11 @@ void apply_item(const std::string& item, StreakRequest& request) {
     request.seed = static_cast<std::uint64_t>(whole(0, std::numeric_limits<int>::max()));
   } else {
     throw CLI::ValidationError(
-        "setting", fmt::format("\"{}\"; expected KEY=VALUE with one of slices, spans_per_period, "
-                               "base_cells, space_depth, time_depth, bend_tolerance, motion_tolerance, level, seed",
-                               item));
+        "setting",
+        fmt::format(
+            "\"{}\"; expected KEY=VALUE with one of slices, spans_per_period, "
+            "base_cells, space_depth, time_depth, bend_tolerance, motion_tolerance, level, seed",
+            item));
   }
 }
 
