@@ -67,13 +67,12 @@ struct EdgeCutter {
   // At a piece's corners, middles of sides and middle.
   Samples samples(const Rectangle& r) const {
     Samples s;
-    for (std::size_t k = 0; k < 3; ++k) put_line(r, k, 3, s);
+    for (std::size_t k = 0; k < 3; ++k) put_line(r, k, true, s);
     return s;
   }
 
-  // Along the piece's line k of three, in v (stride 3: the samples of a row) or in u.
-  void put_line(const Rectangle& r, std::size_t k, std::size_t stride, Samples& s) const {
-    const bool is_row = stride == 3;
+  // The three samples of the piece's row (v constant) or column k.
+  void put_line(const Rectangle& r, std::size_t k, bool is_row, Samples& s) const {
     const double u[3] = {r.u0, 0.5 * (r.u0 + r.u1), r.u1}, v[3] = {r.v0, 0.5 * (r.v0 + r.v1), r.v1};
     const std::size_t across = is_row ? 1 : 4, along = is_row ? 4 : 1;  // of the net
     const auto b = bernstein(is_row ? v[k] : u[k]);
@@ -105,7 +104,7 @@ struct EdgeCutter {
       s[n] = whole[n + from];
       s[n + 2 * stride] = whole[n + from + stride];
     }
-    put_line(half, 1, stride, s);
+    put_line(half, 1, !along_u, s);
     return s;
   }
 

@@ -12,7 +12,9 @@ constexpr int deepest_piece = 14;  // halvings, of either axis: a piece of 2^-7 
 
 using DirectionNet = BezierNet<3>;
 
-double direction_length(const Node& d) {
+// Of the first three quantities: those of a node's direction, or of a direction alone.
+template <std::size_t C>
+double direction_length(const std::array<double, C>& d) {
   return std::sqrt(d[dir_x] * d[dir_x] + d[dir_y] * d[dir_y] + d[dir_z] * d[dir_z]);
 }
 
@@ -52,8 +54,8 @@ struct PatchCutter {
   const Slice& slice;
   std::vector<int>& lights;  // a stack: the last entries are those of the piece at hand
   double flat = 0;           // what counts as flat for a direction
-  double bend_u = 0,
-         bend_v = 0;  // of picture and throughput over the whole patch, over what is flat
+  // Of picture and throughput over the whole patch, over what is flat.
+  double bend_u = 0, bend_v = 0;
 
   // Lights [first, end) of the stack reach the piece's parent.
   void piece(const DirectionNet& net, const Rectangle& r, int depth, std::size_t first) {
@@ -69,17 +71,14 @@ struct PatchCutter {
   }
 
   void cut(const DirectionNet& net, const Rectangle& r, int depth, std::size_t first) {
-    const auto length = [](const std::array<double, 3>& d) {
-      return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    };
     const double du = r.u1 - r.u0, dv = r.v1 - r.v0;
     const double u_bend =
-        std::max(chord_factor * second_difference(net, 1, length) / flat, bend_u * du * du);
+        std::max(chord_factor * second_difference(net, 1, direction_length<3>) / flat, bend_u * du * du);
     const double v_bend =
-        std::max(chord_factor * second_difference(net, 4, length) / flat, bend_v * dv * dv);
+        std::max(chord_factor * second_difference(net, 4, direction_length<3>) / flat, bend_v * dv * dv);
     std::array<double, 3> twist;
     for (std::size_t c = 0; c < 3; ++c) twist[c] = net[0][c] - net[3][c] - net[12][c] + net[15][c];
-    const double skew = 0.25 * length(twist) / flat;
+    const double skew = 0.25 * direction_length(twist) / flat;
     if (depth >= deepest_piece || std::max({u_bend, v_bend, skew}) < 1) {
       leaf(net, r, first);
       return;
@@ -121,7 +120,7 @@ void integrate_smooth_patch(Integrator& integrator, const FieldPatch& patch) {
   std::vector<int> lights = integrator.lights_in_reach(hull);
   if (lights.empty()) return;
   const Motion motion = {
-      .direction = polynomial.speed(direction_length),
+      .direction = polynomial.speed(direction_length<quantities>),
       .picture_px = polynomial.speed([](const Node& d) { return std::hypot(d[column], d[row]); })};
   for (const Slice& slice : integrator.slices(cell, motion, patch.importance)) {
     const Patch net = polynomial.at(slice.cell_share);

@@ -40,10 +40,10 @@ struct BlockResult {
 };
 
 // Uniform in [0, 1) from three integers: the finaliser of SplitMix64 over their combination.
-double uniform_hash(std::uint64_t seed, int replicate, int slice) {
+double uniform_hash(std::uint64_t seed, int replicate, int draw) {
   std::uint64_t x = seed * 0x9E3779B97F4A7C15u +
                     static_cast<std::uint64_t>(replicate) * 0xBF58476D1CE4E5B9u +
-                    static_cast<std::uint64_t>(slice) * 0x94D049BB133111EBu + 0x632BE59BD9B4E019u;
+                    static_cast<std::uint64_t>(draw) * 0x94D049BB133111EBu + 0x632BE59BD9B4E019u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
   x ^= x >> 31;
@@ -52,7 +52,7 @@ double uniform_hash(std::uint64_t seed, int replicate, int slice) {
 
 struct StreakJob {
   const StreakRequest& request;
-  tbb::enumerable_thread_specific<ExitField>& fields;  // memory for the next
+  tbb::enumerable_thread_specific<ExitField>& fields;  // each thread's last: memory for its next
   View view = {};
   ConeLights lights = {};
   bool rigid = false;

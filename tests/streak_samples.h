@@ -33,6 +33,27 @@ inline StreakRequest few_rows(double mean_radius_m, const std::vector<Mode>& mod
   return request;
 }
 
+// A short fall (40 rows of 5.6 px of radius), 16 px wide, few instants: cheap, and complete in the
+// picture. No lights yet.
+inline StreakRequest forty_rows(double mean_radius_m, double a20, double a31) {
+  StreakRequest request;
+  request.drop.mean_radius_m = mean_radius_m;
+  if (a20 != 0) request.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
+  if (a31 != 0) request.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
+  request.frame = {.width_px = 16,
+                   .height_px = 64,
+                   .pixel_m = mean_radius_m / 5.6,
+                   .centre_column = 8,
+                   .path_top_row = 12,
+                   .path_rows = 40};
+  request.field.base_cells = 8;
+  request.field.space_depth = 1;
+  request.field.time_depth = 0;
+  request.slices = 40;
+  request.spans_per_period = 4;
+  return request;
+}
+
 inline std::vector<Mode> published_modes(double a20, double a31) {
   return {{.n = 2, .m = 0, .amplitude = a20}, {.n = 3, .m = 1, .amplitude = a31}};
 }
@@ -43,12 +64,16 @@ inline double sum(const std::vector<float>& values) {
   return total;
 }
 
+inline std::vector<const StreakImage*> images_of(const TracedStreak& streak) {
+  std::vector<const StreakImage*> images = {&streak.env, &streak.coverage};
+  for (const StreakImage& image : streak.light) images.push_back(&image);
+  return images;
+}
+
 inline void expect_sound(const StreakRequest& request, const TracedStreak& streak) {
   const auto size = static_cast<std::size_t>(request.frame.width_px * request.frame.height_px);
   ASSERT_EQ(streak.light.size(), request.lights.size());
-  std::vector<const StreakImage*> images = {&streak.env, &streak.coverage};
-  for (const StreakImage& image : streak.light) images.push_back(&image);
-  for (const StreakImage* image : images) {
+  for (const StreakImage* image : images_of(streak)) {
     ASSERT_EQ(image->mean.size(), size);
     ASSERT_EQ(image->variance.size(), size);
     for (std::size_t i = 0; i < size; ++i) {

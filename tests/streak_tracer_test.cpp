@@ -7,62 +7,18 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "tests/streak_samples.h"
+
 namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr double radius_m = 1.6e-3;
 
-// A short fall (40 rows of 5.6 px of radius), 16 px wide, few instants: cheap, and complete in the
-// picture.
 StreakRequest small_request(double a20, double a31) {
-  StreakRequest request;
-  request.drop.mean_radius_m = radius_m;
-  if (a20 != 0) request.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
-  if (a31 != 0) request.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
+  StreakRequest request = forty_rows(radius_m, a20, a31);
   request.lights = {{10, 150}, {30, 50}, {-90, 170}, {90, 170}};
-  request.frame = {.width_px = 16,
-                   .height_px = 64,
-                   .pixel_m = radius_m / 5.6,
-                   .centre_column = 8,
-                   .path_top_row = 12,
-                   .path_rows = 40};
-  request.field.base_cells = 8;
-  request.field.space_depth = 1;
-  request.field.time_depth = 0;
-  request.slices = 40;
-  request.spans_per_period = 4;
   return request;
-}
-
-double sum(const std::vector<float>& values) {
-  double total = 0;
-  for (const float v : values) total += v;
-  return total;
-}
-
-std::vector<const StreakImage*> images_of(const TracedStreak& streak) {
-  std::vector<const StreakImage*> images = {&streak.env, &streak.coverage};
-  for (const StreakImage& image : streak.light) images.push_back(&image);
-  return images;
-}
-
-void expect_sound(const StreakRequest& request, const TracedStreak& streak) {
-  const auto size = static_cast<std::size_t>(request.frame.width_px * request.frame.height_px);
-  ASSERT_EQ(streak.light.size(), request.lights.size());
-  for (const StreakImage* image : images_of(streak)) {
-    ASSERT_EQ(image->mean.size(), size);
-    ASSERT_EQ(image->variance.size(), size);
-    for (std::size_t i = 0; i < size; ++i) {
-      ASSERT_TRUE(std::isfinite(image->mean[i]) && image->mean[i] >= 0) << "pixel " << i;
-      ASSERT_TRUE(std::isfinite(image->variance[i]) && image->variance[i] >= 0) << "pixel " << i;
-    }
-  }
-  // No more than all of a pixel is covered all of the time; a drop that hardly moves is up to 0.7 %
-  // over, since its cells are spread over rows as rectangles.
-  for (const float c : streak.coverage.mean) ASSERT_LE(c, 1.02f);
-  EXPECT_GT(sum(streak.coverage.mean), 0);
-  EXPECT_TRUE(std::isfinite(streak.beyond_order) && std::isfinite(streak.lost));
 }
 
 TracedStreak trace_with(int threads, const StreakRequest& request) {

@@ -14,6 +14,7 @@
 #include "raytrace/streak_tracer.h"
 #include "tests/band_limited_map.h"
 #include "tests/drop_samples.h"
+#include "tests/streak_samples.h"
 #include "validate/sphere_closed_form.h"
 
 namespace pluvia {
@@ -118,23 +119,9 @@ TEST(SurfaceLight, TransferOfAConcaveDropIsThatOfItsCameraRays) {
 }
 
 StreakRequest small_request(double a20, double a31) {
-  StreakRequest request;
-  request.drop.mean_radius_m = radius_m;
-  if (a20 != 0) request.drop.modes.push_back({.n = 2, .m = 0, .amplitude = a20});
-  if (a31 != 0) request.drop.modes.push_back({.n = 3, .m = 1, .amplitude = a31});
+  StreakRequest request = forty_rows(radius_m, a20, a31);
   request.view_elevation_deg = 20;
   request.lights = {{10, 150}};
-  request.frame = {.width_px = 16,
-                   .height_px = 64,
-                   .pixel_m = radius_m / 5.6,
-                   .centre_column = 8,
-                   .path_top_row = 12,
-                   .path_rows = 40};
-  request.field.base_cells = 8;
-  request.field.space_depth = 1;
-  request.field.time_depth = 0;
-  request.slices = 40;
-  request.spans_per_period = 4;
   return request;
 }
 
