@@ -2,86 +2,101 @@
 
 #include <cassert>
 #include <cmath>
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 namespace pluvia {
 namespace {
-
-constexpr double longest_time_s = 1e7;
 
 // In [0, 1): 32 bits are exact in a double.
 double fraction(std::uint32_t bits) {
   return std::ldexp(bits, -32);
 }
 
+double hit_time_s(const RainSpace& space, const RainSizeSpace& size, const Eigen::Vector3d& at_m) {
+  const double top_m = height_at(space.tops[static_cast<std::size_t>(size.top)],
+                                 at_m.dot(size.frame.x), at_m.dot(size.frame.y));
+  return (at_m.dot(size.frame.z) - top_m) / size.speed_m_s;
+}
+
+Drop make_drop(const RainSpace& space, const RainSizeSpace& size, const DropName& name,
+               const Eigen::Vector3d& centre_m, int oscillation) {
+  return {.name = name,
+          .centre_m = centre_m,
+          .velocity_m_s = size.drops.velocity_m_s,
+          .r0_m = size.drops.r0_m,
+          .oscillation = oscillation,
+          .hit_time_s = hit_time_s(space, size, centre_m)};
+}
+
+struct Field {
+  const Scene& scene;
+  const RainSpace& space;
+  int oscillation_count = 1;
+  std::vector<Drop> drops = {};
+
+  void add(const Drop& drop) {
+    drops.push_back(drop);
+    drops.back().id = drops.size() - 1;
+  }
+  void add_cell(int size_index, const LocalSpace& local, const RainCell& cell);
+  void add_size(int size_index, double time_s);
+  void add_single(std::size_t i, double time_s);
+};
+
+void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& cell) {
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  for (std::uint32_t k = 0; k < cell.count; ++k) {
+    const std::uint32_t start = rain_hash(cell.keys[0], k, 0)[0];
+    const std::uint32_t up = start - local.phase;
+    const std::uint32_t round = local.round + (start < local.phase ? 1 : 0);
+    const auto place = rain_hash(cell.keys[1], k, round);
+    const Eigen::Vector3d centre_m =
+        (cell.x + fraction(place[0])) * size.cell_m * size.frame.x +
+        (cell.y + fraction(place[1])) * size.cell_m * size.frame.y +
+        (local.floor_m + space.local_height_m * fraction(up)) * size.frame.z;
+    const bool in_box = (centre_m.array() >= scene.rain.box_min_m.array()).all() &&
+                        (centre_m.array() <= scene.rain.box_max_m.array()).all();
+    if (!in_box) continue;
+    const auto sets = static_cast<std::uint64_t>(oscillation_count);
+    const auto oscillation = static_cast<int>((std::uint64_t{place[2]} * sets) >> 32);
+    add(make_drop(space, size, {size_index, cell.x, cell.y, k, round}, centre_m, oscillation));
+  }
+}
+
+void Field::add_size(int size_index, double time_s) {
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  if (size.cell_m == 0) return;
+  const LocalSpace local =
+      local_space(space, size_index, scene.camera.position_m, time_s);
+  const CellRange cells = local_cells(space, size_index, local);
+  for (int y = cells.y0; y < cells.y1; ++y) {
+    for (int x = cells.x0; x < cells.x1; ++x) {
+      if (in_prism(space, size_index, local, x, y))
+        add_cell(size_index, local, rain_cell(size, x, y));
+    }
+  }
+}
+
+void Field::add_single(std::size_t i, double time_s) {
+  const SingleDrop& drop = scene.drops[i];
+  const int size_index = space.single_sizes[i];
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const DropName name = {.size = size_index,
+                         .number = static_cast<std::uint32_t>(i),
+                         .single = true};
+  add(make_drop(space, size, name, drop.centre_m + time_s * drop.velocity_m_s,
+                drop.oscillation % oscillation_count));
+}
+
 }  // namespace
 
-std::array<std::uint32_t, 3> rain_hash(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-  std::array<std::uint32_t, 3> v = {a, b, c};
-  const auto mix = [&v] {
-    v[0] += v[1] * v[2];
-    v[1] += v[2] * v[0];
-    v[2] += v[0] * v[1];
-  };
-  for (std::uint32_t& word : v) word = word * 1664525u + 1013904223u;
-  mix();
-  for (std::uint32_t& word : v) word ^= word >> 16;
-  mix();
-  return v;
-}
-
-RainSeeds rain_seeds(std::uint64_t seed) {
-  const auto hash =
-      rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), 0);
-  return {hash[0], hash[1]};
-}
-
-FallState fall_state(const Rain& rain, double time_s) {
-  if (!(time_s >= 0 && time_s <= longest_time_s))
-    throw std::runtime_error(
-        fmt::format("rain at time {} s; expected 0 .. {} s", time_s, longest_time_s));
-  const double height_m = rain.box_max_m.z() - rain.box_min_m.z();
-  const double fallen_m = time_s * rain.fall_speed_m_s;
-  const double offset_m = std::fmod(fallen_m, height_m);  // exact, and < height
-  const double rounds = std::round((fallen_m - offset_m) / height_m);
-  return {static_cast<std::uint32_t>(std::ldexp(offset_m / height_m, 32)),
-          static_cast<std::uint32_t>(static_cast<std::uint64_t>(rounds))};
-}
-
-std::uint32_t drop_count(const Rain& rain) {
-  return static_cast<std::uint32_t>(
-      std::llround(rain.drops_per_m3 * (rain.box_max_m - rain.box_min_m).prod()));
-}
-
-std::vector<Drop> drop_field(const Scene& scene, const TopHeight& top, int oscillation_count,
+std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              double time_s) {
   assert(oscillation_count >= 1);
-  const Rain& rain = scene.rain;
-  const Eigen::Vector3d size = rain.box_max_m - rain.box_min_m;
-  const RainSeeds seeds = rain_seeds(rain.seed);
-  const FallState fallen = fall_state(rain, time_s);
-  std::vector<Drop> drops(drop_count(rain));
-  for (std::uint32_t k = 0; k < drops.size(); ++k) {
-    const std::uint32_t start = rain_hash(seeds.phase, k, 0)[0];
-    const std::uint32_t phase = start + fallen.phase;
-    const std::uint32_t round = fallen.round + (phase < start ? 1 : 0);
-    const auto place = rain_hash(seeds.place, k, round);
-    Drop& drop = drops[k];
-    drop.id = k;
-    drop.centre_m = {rain.box_min_m.x() + size.x() * fraction(place[0]),
-                     rain.box_min_m.y() + size.y() * fraction(place[1]),
-                     rain.box_max_m.z() - size.z() * fraction(phase)};
-    drop.velocity_m_s = {0, 0, -rain.fall_speed_m_s};
-    drop.r0_m = rain.mean_radius_m;
-    drop.oscillation = static_cast<int>(
-        (static_cast<std::uint64_t>(place[2]) * static_cast<std::uint64_t>(oscillation_count)) >>
-        32);
-    const double surface_m = height_at(top, drop.centre_m.x(), drop.centre_m.y());
-    drop.hit_time_s = (drop.centre_m.z() - surface_m) / rain.fall_speed_m_s;
-  }
-  return drops;
+  Field field{scene, space, oscillation_count};
+  for (std::size_t i = 0; i < space.sizes.size(); ++i)
+    field.add_size(static_cast<int>(i), time_s);
+  for (std::size_t i = 0; i < scene.drops.size(); ++i) field.add_single(i, time_s);
+  return std::move(field.drops);
 }
 
 }  // namespace pluvia

@@ -1,5 +1,6 @@
 #include "raytrace/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -8,6 +9,8 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "oscillation/fall_speed.h"
+#include "oscillation/size_distribution.h"
 #include "raytrace/gltf_mesh.h"
 #include "raytrace/toml_reader.h"
 
@@ -16,7 +19,6 @@ namespace {
 
 constexpr Range place_m = {-1e6, 1e6};       // beyond it a float is coarser than 6 cm
 constexpr Range radiance_cd_m2 = {0, 1e10};  // the sun's disc has 1.6e9
-constexpr double max_drops = 5e6;
 constexpr double min_box_m = 1e-3;
 
 std::string absolute_beside(const std::string& file, const std::string& path) {
@@ -64,17 +66,60 @@ EnvironmentLight read_environment(TomlReader reader) {
   return environment;
 }
 
-Rain read_rain(TomlReader reader) {
-  Rain rain;
-  unsigned long long seed = rain.seed;
-  reader.required("drops_per_m3", rain.drops_per_m3, {0, 1e9}, "drops/m^3");
-  reader.optional("mean_radius_m", rain.mean_radius_m, {1e-5, 5e-3}, "m");
-  reader.optional("fall_speed_m_s", rain.fall_speed_m_s, {0, 50, true}, "m/s");
+double beard_m_s(double r0_m) {
+  return fall_speed_m_s(std::min(2 * r0_m, largest_diameter_m));
+}
+
+// One size, by number.
+std::vector<RainSize> read_one_size(TomlReader& reader, const Eigen::Vector3d& direction,
+                                    const Eigen::Vector3d& wind_m_s) {
+  RainSize size;
+  reader.optional("mean_radius_m", size.r0_m, {1e-5, 5e-3}, "m");
+  double speed_m_s = beard_m_s(size.r0_m);
+  reader.optional("fall_speed_m_s", speed_m_s, {0, 50, true}, "m/s");
+  size.velocity_m_s = speed_m_s * direction + wind_m_s;
+  if (reader.has("drops_per_m3")) {
+    reader.required("drops_per_m3", size.drops_per_m3, {0, 1e13}, "drops/m^3");
+  } else {
+    double flux = 0;
+    reader.required("drops_per_m2_s", flux, {0, 1e13}, "drops/(m^2 s)");
+    size.drops_per_m3 = flux / -size.velocity_m_s.z();
+  }
+  if (size.drops_per_m3 == 0) return {};
+  return {size};
+}
+
+std::vector<RainSize> read_distribution(TomlReader& reader, const Eigen::Vector3d& direction,
+                                        const Eigen::Vector3d& wind_m_s) {
+  SizeDistribution rain;
+  reader.required("rate_mm_h", rain.rate_mm_h, {0, 300}, "mm/h");
+  std::string law = "marshall-palmer";
+  reader.optional("distribution", law);
+  if (law != "marshall-palmer" && law != "willis")
+    reader.refuse("distribution",
+                  fmt::format("rain.distribution = \"{}\"; expected \"marshall-palmer\" or "
+                              "\"willis\"",
+                              law));
+  rain.law = law == "willis" ? SizeLaw::willis : SizeLaw::marshall_palmer;
+  int count = 4;
+  reader.optional("sizes", count, 1, 16);
+  double least_mm = 0.5;
+  reader.optional("least_diameter_mm", least_mm, {0.05, 6}, "mm");
+  std::vector<RainSize> sizes;
+  if (rain.rate_mm_h == 0) return sizes;
+  if (rain.rate_mm_h < 0.01)
+    reader.refuse("rate_mm_h", fmt::format("rain.rate_mm_h = {}; expected 0 or 0.01 .. 300 mm/h",
+                                           rain.rate_mm_h));
+  for (const SizeClass& drops : size_classes(rain, count, 1e-3 * least_mm))
+    sizes.push_back({.r0_m = drops.diameter_m / 2,
+                     .drops_per_m3 = drops.drops_per_m3,
+                     .velocity_m_s = drops.fall_speed_m_s * direction + wind_m_s});
+  return sizes;
+}
+
+void read_box(TomlReader& reader, Rain& rain) {
   reader.optional("box_min_m", rain.box_min_m, place_m);
   reader.optional("box_max_m", rain.box_max_m, place_m);
-  reader.optional("seed", seed);
-  reader.finish();
-  rain.seed = seed;
   const Eigen::Vector3d size = rain.box_max_m - rain.box_min_m;
   for (int i = 0; i < 3; ++i) {
     if (!(size[i] >= min_box_m))
@@ -83,12 +128,69 @@ Rain read_rain(TomlReader reader) {
                                 "box_min_m[{0}] = {3}",
                                 i, rain.box_max_m[i], min_box_m, rain.box_min_m[i]));
   }
-  const double drops = rain.drops_per_m3 * size.prod();
-  if (drops > max_drops)
-    reader.refuse("drops_per_m3", fmt::format("rain.drops_per_m3 = {} gives {:.0f} drops in the "
-                                              "box; expected at most {:.0f}",
-                                              rain.drops_per_m3, drops, max_drops));
+}
+
+// What of the rain does not fall, or too fast for a closed form of 1e7 s.
+void refuse_odd_velocities(const TomlReader& reader, const Rain& rain) {
+  for (const RainSize& size : rain.sizes) {
+    const Eigen::Vector3d& v = size.velocity_m_s;
+    if (v.z() < -0.01 && v.norm() <= 200) continue;
+    reader.refuse("fall_direction",
+                  fmt::format("rain: drops of {:.3g} mm move at ({:.4g}, {:.4g}, {:.4g}) m/s; "
+                              "expected a fall of 0.01 m/s or more, at most 200 m/s in all",
+                              2e3 * size.r0_m, v.x(), v.y(), v.z()));
+  }
+}
+
+Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
+  Rain rain;
+  Eigen::Vector3d direction(0, 0, -1);
+  reader.optional("fall_direction", direction, {-1e3, 1e3});
+  if (!(direction.z() < 0))
+    reader.refuse("fall_direction", fmt::format("rain.fall_direction[2] = {}; expected less than 0",
+                                                direction.z()));
+  direction.normalize();
+  int ways = 0;
+  for (const char* key : {"drops_per_m3", "drops_per_m2_s", "rate_mm_h"})
+    ways += reader.has(key) ? 1 : 0;
+  if (ways != 1)
+    reader.refuse("seed", fmt::format("rain has {} of drops_per_m3, drops_per_m2_s and rate_mm_h; "
+                                      "expected one of them",
+                                      ways));
+  rain.sizes = reader.has("rate_mm_h") ? read_distribution(reader, direction, wind_m_s)
+                                       : read_one_size(reader, direction, wind_m_s);
+  unsigned long long seed = rain.seed;
+  reader.optional("seed", seed);
+  rain.seed = seed;
+  read_box(reader, rain);
+  reader.optional("culling_radius_m", rain.culling_radius_m, {0, 1e4, true}, "m");
+  reader.optional("local_height_m", rain.local_height_m, {0.01, 1e4}, "m");
+  reader.optional("lost_share", rain.lost_share, {0.001, 0.9});
+  reader.finish();
+  refuse_odd_velocities(reader, rain);
   return rain;
+}
+
+Eigen::Vector3d read_wind(TomlReader reader) {
+  Eigen::Vector3d velocity_m_s;
+  reader.required("velocity_m_s", velocity_m_s, {-100, 100});
+  reader.finish();
+  return velocity_m_s;
+}
+
+SingleDrop read_drop(TomlReader reader) {
+  SingleDrop drop;
+  reader.required("centre_m", drop.centre_m, place_m);
+  reader.optional("radius_m", drop.r0_m, {1e-5, 5e-3}, "m");
+  drop.velocity_m_s = {0, 0, -beard_m_s(drop.r0_m)};
+  reader.optional("velocity_m_s", drop.velocity_m_s, {-200, 200});
+  reader.optional("oscillation", drop.oscillation, 0, 99);
+  reader.finish();
+  if (!(drop.velocity_m_s.norm() >= 0.01))
+    reader.refuse("velocity_m_s",
+                  fmt::format("drop.velocity_m_s has length {}; expected 0.01 m/s or more",
+                              drop.velocity_m_s.norm()));
+  return drop;
 }
 
 }  // namespace
@@ -114,7 +216,10 @@ Scene read_scene(const std::string& file) {
   scene.camera = read_camera(reader.table("camera"));
   for (TomlReader& light : reader.tables("light")) scene.lights.push_back(read_light(light));
   if (reader.has("environment")) scene.environment = read_environment(reader.table("environment"));
-  if (reader.has("rain")) scene.rain = read_rain(reader.table("rain"));
+  Eigen::Vector3d wind_m_s(0, 0, 0);
+  if (reader.has("wind")) wind_m_s = read_wind(reader.table("wind"));
+  if (reader.has("rain")) scene.rain = read_rain(reader.table("rain"), wind_m_s);
+  for (TomlReader& drop : reader.tables("drop")) scene.drops.push_back(read_drop(drop));
   if (reader.has("geometry")) {
     TomlReader geometry = reader.table("geometry");
     geometry.required("file", scene.geometry_file);

@@ -62,13 +62,30 @@ struct Mesh {  // triangles in world coordinates, counter-clockwise from outside
   std::vector<std::uint32_t> triangle_material = {};  // one per triangle
 };
 
+struct RainSize {  // drops of one size, all with one velocity
+  double r0_m = 1.6e-3;
+  double drops_per_m3 = 0;
+  Eigen::Vector3d velocity_m_s = {0, 0, -8.49};  // with the wind; falls: z < 0
+};
+
 struct Rain {
-  double drops_per_m3 = 0;  // of the one drop size that the atlas holds
-  double mean_radius_m = 1.6e-3;
-  double fall_speed_m_s = 8.49;
-  Eigen::Vector3d box_min_m = {-10, -10, 0};  // drops live in this box; a drop that leaves below
-  Eigen::Vector3d box_max_m = {10, 10, 12};   // re-enters above at another place; each side >= 1 mm
+  std::vector<RainSize> sizes = {};  // none: no rain
+  // Drops are where their centre at shutter-open is inside; each side >= 1 mm.
+  Eigen::Vector3d box_min_m = {-1e6, -1e6, -1e6};
+  Eigen::Vector3d box_max_m = {1e6, 1e6, 1e6};
+  // How far from the camera drops are drawn (raytrace/rain_space.h); 0: as near as lost_share of
+  // the visible rain allows.
+  double culling_radius_m = 0;
+  double local_height_m = 0;
+  double lost_share = 0.05;
   std::uint64_t seed = 1;
+};
+
+struct SingleDrop {  // falls for ever, through everything
+  Eigen::Vector3d centre_m = {0, 0, 0};  // at time 0
+  double r0_m = 1.6e-3;
+  Eigen::Vector3d velocity_m_s = {0, 0, -8.49};
+  int oscillation = 0;  // the oscillation set
 };
 
 struct Scene {
@@ -78,6 +95,7 @@ struct Scene {
   std::string geometry_file = {};  // absolute after reading; empty: no surface
   Mesh mesh = {};
   Rain rain = {};
+  std::vector<SingleDrop> drops = {};  // beside the rain's
 };
 
 // The file's tables and their keys (r: required):
@@ -86,7 +104,14 @@ struct Scene {
 //   [[light]]      name, position_m r, intensity_cd r
 //   [environment]  map and scale_cd_m2, or uniform_cd_m2
 //   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
-//   [rain]         drops_per_m3 r, mean_radius_m, fall_speed_m_s, box_min_m, box_max_m, seed
+//   [rain]         one of drops_per_m3, drops_per_m2_s (through a level plane), rate_mm_h;
+//                  box_min_m, box_max_m, culling_radius_m, local_height_m, lost_share, seed,
+//                  fall_direction (of any length; downward);
+//                  without rate_mm_h one size: mean_radius_m, fall_speed_m_s (Beard's for it);
+//                  with it several: distribution ("marshall-palmer" or "willis"), sizes (1 .. 16),
+//                  least_diameter_mm; each has Beard's fall speed
+//   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
+//   [[drop]]       centre_m r (at time 0), radius_m, velocity_m_s, oscillation: a drop by itself
 // [camera] is required; without the others a scene has no light, no surface, no rain. Paths are
 // relative to the file; those of the result are absolute. Throws std::runtime_error with
 // FILE:LINE:COL for anything missing, unknown, out of range or not finite.

@@ -9,7 +9,9 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/exit_field.h"
+#include "raytrace/rain_space.h"
 #include "raytrace/scene_subset.h"
+#include "raytrace/streak_placement.h"
 
 namespace pluvia {
 
@@ -184,33 +186,80 @@ std::vector<Plane> sides_of(const Camera& camera, const CameraFrame& frame) {
 // screen: where the path comes toward the camera, from depth z to z + path, the scale of a row
 // exceeds that at the middle by (r + 2 + 1 / r) / 4, r the ratio of both depths, and z is
 // nearest_depth_m at least.
-double beyond_path(const Preset& preset, double path_m) {
-  double pixel_m = 0;
-  for (const int diameter_um : diameters_of(preset)) {
-    pixel_m = std::max(pixel_m, size_of(preset, diameter_um).pixel_m);
-  }
+double beyond_path(const Preset& preset, double pixel_m, double path_m) {
   const double ratio = 1 + path_m / nearest_depth_m;
   return (ratio + 2 + 1 / ratio) / 4 * 2 * preset.width_px * pixel_m;
+}
+
+// Where the centres of some drops may be at shutter-open.
+struct Drops {
+  RainSize size = {};
+  Eigen::Vector3d low_m = {0, 0, 0}, high_m = {0, 0, 0};
+};
+
+// The rain's local space, or rather the box around it, and the single drops during a day.
+std::vector<Drops> all_drops(const Scene& scene) {
+  std::vector<Drops> drops;
+  const RainSpace space = make_rain_space(scene);
+  for (const RainSizeSpace& size : space.sizes) {
+    if (size.cell_m == 0) continue;
+    const double reach_m =
+        std::hypot(space.culling_radius_m + 2 * size.cell_m, space.local_height_m);
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(reach_m);
+    const Eigen::Vector3d& camera_m = scene.camera.position_m;
+    const Eigen::Vector3d low = scene.rain.box_min_m.cwiseMax(camera_m - reach);
+    const Eigen::Vector3d high = scene.rain.box_max_m.cwiseMin(camera_m + reach);
+    if ((low.array() <= high.array()).all()) drops.push_back({size.drops, low, high});
+  }
+  for (const SingleDrop& drop : scene.drops) {
+    const Eigen::Vector3d end = drop.centre_m + 86400 * drop.velocity_m_s;
+    drops.push_back({{.r0_m = drop.r0_m, .velocity_m_s = drop.velocity_m_s},
+                     drop.centre_m.cwiseMin(end),
+                     drop.centre_m.cwiseMax(end)});
+  }
+  return drops;
+}
+
+// The preset's pictures that show a drop of that size: of the nearest diameter.
+StreakGeometry pictures_of(const Preset& preset, double r0_m) {
+  const std::vector<int> known_um = diameters_of(preset);
+  const int nearest_um = *std::min_element(known_um.begin(), known_um.end(), [&](int a, int b) {
+    return std::abs(a - 2e6 * r0_m) < std::abs(b - 2e6 * r0_m);
+  });
+  const SizeRecord size = size_of(preset, nearest_um);
+  return {.pixel_m = size.pixel_m,
+          .exposure_s = size.span_s,
+          .mean_radius_m = 5e-7 * nearest_um};
 }
 
 }  // namespace
 
 Reach scene_reach(const Preset& preset, const Scene& scene) {
   const CameraFrame camera = camera_frame(scene.camera);
-  const Eigen::Vector3d path(0, 0, -scene.rain.fall_speed_m_s * scene.camera.exposure_s);
   Search search = {.scene = scene, .views = preset.view_elevations_deg};
   std::sort(search.views.begin(), search.views.end());
   for (const LightDirection& light : preset.lights) {
     search.lights.push_back(light_direction(light.elevation_deg, light.azimuth_deg));
   }
-  search.against_fall = -path.normalized();
   search.forward = camera.forward;
   search.sides = sides_of(scene.camera, camera);
-  search.path_m = path;
-  search.beyond_path_m = beyond_path(preset, path.norm());
-  const Rain& rain = scene.rain;
-  search.visit({.centre = (rain.box_min_m + rain.box_max_m) / 2 + path / 2,
-                .half = (rain.box_max_m - rain.box_min_m) / 2});
+  for (const Drops& drops : all_drops(scene)) {
+    const Eigen::Vector3d& velocity = drops.size.velocity_m_s;
+    const StreakGeometry pictures = pictures_of(preset, drops.size.r0_m);
+    const SegmentTimes times =
+        segment_times(scene.camera.exposure_s, drops.size.r0_m, pictures);
+    search.against_fall = -velocity.normalized();
+    search.path_m = times.each_s * velocity;
+    search.beyond_path_m =
+        beyond_path(preset, pictures.pixel_m * drops.size.r0_m / pictures.mean_radius_m,
+                    search.path_m.norm());
+    // From the middle of the first segment to that of the last.
+    const Eigen::Vector3d first = search.path_m / 2;
+    const Eigen::Vector3d last = first + (times.count - 1) * search.path_m;
+    const Eigen::Vector3d low = drops.low_m + first.cwiseMin(last);
+    const Eigen::Vector3d high = drops.high_m + first.cwiseMax(last);
+    search.visit({.centre = (low + high) / 2, .half = (high - low) / 2});
+  }
   Reach reach;
   for (std::size_t i = 0; i < search.views.size(); ++i) {
     if (search.reached.views[i]) reach.views_deg.push_back(search.views[i]);

@@ -26,29 +26,23 @@ SubsetRow row_of(const std::string& what, const std::vector<Value>& all,
   return row;
 }
 
-// The scene's own size, or its neighbours in the list.
-std::vector<int> needed_diameters(const std::vector<int>& known_um, const Scene& scene,
-                                  const std::string& file) {
-  const double wanted_um = 2e6 * scene.rain.mean_radius_m;
-  const auto above = std::lower_bound(known_um.begin(), known_um.end(), wanted_um - 1e-3);
-  if (above != known_um.end() && *above <= wanted_um + 1e-3) return {*above};
-  if (above == known_um.begin() || above == known_um.end()) {
-    throw std::runtime_error(
-        fmt::format("{}: rain.mean_radius_m = {}; expected drops of the preset's {} .. {} mm", file,
-                    scene.rain.mean_radius_m, known_um.front() / 1000.0, known_um.back() / 1000.0));
+// The diameters nearest to each size of the scene's drops: the same, or its two neighbours in the
+// list, or its end.
+std::vector<int> needed_diameters(const std::vector<int>& known_um, const Scene& scene) {
+  std::vector<RainSize> sizes = scene.rain.sizes;
+  for (const SingleDrop& drop : scene.drops) sizes.push_back({.r0_m = drop.r0_m});
+  std::set<int> needed;
+  for (const RainSize& size : sizes) {
+    const double wanted_um = 2e6 * size.r0_m;
+    const auto above = std::lower_bound(known_um.begin(), known_um.end(), wanted_um - 1e-3);
+    if (above == known_um.end() || above == known_um.begin()) {
+      needed.insert(above == known_um.end() ? known_um.back() : known_um.front());
+      continue;
+    }
+    needed.insert(*above);
+    if (*above > wanted_um + 1e-3) needed.insert(*(above - 1));
   }
-  return {*(above - 1), *above};
-}
-
-void refuse_other_exposure(const Preset& preset, const Scene& scene, const std::string& file) {
-  const double wanted_s = scene.camera.exposure_s;
-  const double span_s = preset.physical ? preset.physical->span_s : preset.exposure_s;
-  const bool fits = preset.physical ? wanted_s <= span_s * (1 + 1e-9)
-                                    : std::abs(wanted_s - span_s) <= 1e-6 * span_s;
-  if (fits) return;
-  throw std::runtime_error(
-      fmt::format("{}: camera.exposure_s = {}; expected {}{} s as in the preset", file, wanted_s,
-                  preset.physical ? "at most " : "", span_s));
+  return {needed.begin(), needed.end()};
 }
 
 bool has_environment(const EnvironmentLight& environment) {
@@ -70,8 +64,8 @@ bool is_lit(const Band& band, const Scene& scene) {
                      [&](const PointLight& light) { return light.intensity_cd[c] > 0; });
 }
 
-void reduce_physical(PhysicalRain& rain, const Scene& scene, const std::string& file) {
-  rain.diameters_um = needed_diameters(rain.diameters_um, scene, file);
+void reduce_physical(PhysicalRain& rain, const Scene& scene) {
+  rain.diameters_um = needed_diameters(rain.diameters_um, scene);
   const auto dark = [&](const Band& band) { return !is_lit(band, scene); };
   if (!std::all_of(rain.bands.begin(), rain.bands.end(), dark)) std::erase_if(rain.bands, dark);
 }
@@ -117,20 +111,19 @@ std::vector<SubsetRow> rows_of(const Preset& all, const Preset& kept) {
 }  // namespace
 
 SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::string& scene_file) {
-  refuse_other_exposure(preset, scene, scene_file);
+  if (scene.rain.sizes.empty() && scene.drops.empty())
+    throw std::runtime_error(scene_file + ": no rain; expected [rain] with drops, or a [[drop]]");
   SceneSubset subset = {.preset = preset};
   Preset& kept = subset.preset;
   if (kept.physical) {
-    reduce_physical(*kept.physical, scene, scene_file);
+    reduce_physical(*kept.physical, scene);
     kept.field.paths.refractive_index = kept.physical->bands.front().refractive_index;
-  } else {
-    needed_diameters(diameters_of(preset), scene, scene_file);
   }
   kept.environment = preset.environment && has_environment(scene.environment);
   // A uniform environment needs no harmonics.
   if (!kept.environment || scene.environment.map_file.empty()) kept.transfer_degree = -1;
   const Reach reach = scene_reach(kept, scene);
-  if (scene.rain.drops_per_m3 <= 0 || reach.views_deg.empty()) {
+  if (reach.views_deg.empty()) {
     throw std::runtime_error(
         scene_file + ": no drop of the rain can be seen; expected rain in the camera's view");
   }

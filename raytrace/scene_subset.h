@@ -34,11 +34,10 @@ struct SceneSubset {
 
 // The preset reduced to what the scene can ask for; oscillations stay as they are, since any drop
 // may have any. `lights` become the same for all views (an atlas has one table of lights), in the
-// database's order; without a lamp the first is kept, since an atlas needs one. Sizes: the scene's
-// own where the preset has it, else its two neighbours.
+// database's order; without a lamp the first is kept, since an atlas needs one. Sizes: those nearest
+// to each size of the scene's drops; an exposure longer than a picture's is several of them.
 //
-// Throws std::runtime_error "FILE: .." when no drop of the scene can be seen, or when its drops are
-// not within the preset's sizes.
+// Throws std::runtime_error "FILE: .." when no drop of the scene can be seen.
 SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::string& scene_file);
 
 // Views (of a preset's list, ascending) and lights that drops of the scene in view can ask for.

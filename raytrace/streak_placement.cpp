@@ -1,5 +1,6 @@
 #include "raytrace/streak_placement.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,6 +13,7 @@ namespace pluvia {
 namespace {
 
 constexpr double nearest_depth_m = 0.1;
+constexpr double least_path_rows = 0.01;
 constexpr double degrees = 180 / std::numbers::pi;
 
 // A point or a vector in the camera's axes: right, up, forward.
@@ -75,24 +77,37 @@ LitStreak lit_streak(const PointLight& light, const DropFrame& frame, const Eige
 
 }  // namespace
 
+SegmentTimes segment_times(double camera_exposure_s, double r0_m, const StreakGeometry& geometry) {
+  const double each_s = geometry.exposure_s * std::pow(r0_m / geometry.mean_radius_m, 1.5);
+  // Both come from decimal text: a millionth more is no other segment.
+  const double count = std::max(1.0, std::ceil(camera_exposure_s / each_s - 1e-6));
+  if (count > most_segments) return {most_segments, camera_exposure_s / most_segments};
+  return {static_cast<int>(count), each_s};
+}
+
 std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop,
-                                            const StreakGeometry& geometry) {
+                                            const StreakGeometry& geometry, int segment) {
+  const SegmentTimes times = segment_times(scene.camera.exposure_s, drop.r0_m, geometry);
+  const double start_s = segment * times.each_s;
+  const double hit_time_s = drop.hit_time_s - start_s;
   const CameraFrame camera = camera_frame(scene.camera);
   const Projection view = {{scene.camera.width_px / 2.0, scene.camera.height_px / 2.0},
                            camera.focal_px};
-  const Eigen::Vector3d path = drop.velocity_m_s * geometry.exposure_s;
-  const Eigen::Vector3d middle = drop.centre_m + path / 2;
-  const Eigen::Vector3d p0 = in_camera(camera, drop.centre_m - scene.camera.position_m);
+  const Eigen::Vector3d path = drop.velocity_m_s * times.each_s;
+  const Eigen::Vector3d start_m = drop.centre_m + drop.velocity_m_s * start_s;
+  const Eigen::Vector3d middle = start_m + path / 2;
+  const Eigen::Vector3d p0 = in_camera(camera, start_m - scene.camera.position_m);
   const Eigen::Vector3d p1 = p0 + in_camera(camera, path);
   const Eigen::Vector3d m = (p0 + p1) / 2;
-  if (!(drop.hit_time_s > 0) || p0.z() < nearest_depth_m || p1.z() < nearest_depth_m) return {};
+  if (!(hit_time_s > 0) || p0.z() < nearest_depth_m || p1.z() < nearest_depth_m) return {};
 
   const Eigen::Vector3d toward_camera = (scene.camera.position_m - middle).normalized();
   const DropFrame frame = drop_frame(camera, drop.velocity_m_s, toward_camera);
   const Eigen::Vector3d up = frame.cos_view * frame.z - frame.sin_view * frame.x;
-  const double pixel_m = geometry.pixel_m, top_row = geometry.path_top_row;
+  const double pixel_m = geometry.pixel_m * drop.r0_m / geometry.mean_radius_m;
+  const double top_row = geometry.path_top_row;
   StreakPlacement placed;
-  placed.path_rows = path.norm() * frame.cos_view / pixel_m;
+  placed.path_rows = std::max(path.norm() * frame.cos_view / pixel_m, least_path_rows);
   if (placed.path_rows >= 1)
     placed.row_px = (project(view, p1) - project(view, p0)) / placed.path_rows;
   else
@@ -101,8 +116,10 @@ std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop
   placed.origin_px =
       project(view, p0) - top_row * placed.row_px - geometry.cell_width_px / 2 * placed.column_px;
   placed.clip_row = std::numeric_limits<double>::infinity();
-  if (drop.hit_time_s < geometry.exposure_s)
-    placed.clip_row = top_row + placed.path_rows * (drop.hit_time_s / geometry.exposure_s);
+  const double left_s = scene.camera.exposure_s - start_s;
+  const double end_s = left_s < times.each_s * (1 - 1e-6) ? std::min(left_s, hit_time_s) : hit_time_s;
+  if (end_s < times.each_s) placed.clip_row = top_row + placed.path_rows * (end_s / times.each_s);
+  placed.time_share = times.each_s / scene.camera.exposure_s;
   placed.depth_m = m.z();
   placed.view_elevation_deg = std::atan2(frame.sin_view, frame.cos_view) * degrees;
   for (const PointLight& light : scene.lights)

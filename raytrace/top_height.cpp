@@ -13,6 +13,7 @@ namespace {
 
 constexpr float no_surface_m = -1e30f;
 constexpr double max_texels = 1 << 26;
+constexpr double steepest = 4;
 
 // Twice the signed area of (a, b, p) seen from above. The ends are put in one order first, so that
 // the two triangles of a shared edge get the same number with opposite signs and leave no gap.
@@ -40,6 +41,9 @@ void rasterise(TopHeight& top, const Eigen::Vector3d corner[3]) {
   const Eigen::Vector3d &a = corner[0], &b = corner[1], &c = corner[2];
   const double area = edge(a, b, c.x(), c.y());
   if (area == 0) return;
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  Eigen::Vector2d slope = -normal.head<2>() / normal.z();
+  if (!(slope.norm() <= steepest)) slope.setZero();
   const auto [low_x, high_x] = std::minmax({a.x(), b.x(), c.x()});
   const auto [low_y, high_y] = std::minmax({a.y(), b.y(), c.y()});
   const Span columns = texels_over(low_x, high_x, top.min_x_m, top.texel_m, top.width);
@@ -53,37 +57,45 @@ void rasterise(TopHeight& top, const Eigen::Vector3d corner[3]) {
       const double wc = edge(a, b, x, y) / area;
       if (wa < 0 || wb < 0 || wc < 0) continue;
       const double z = (wa * a.z() + wb * b.z() + wc * c.z()) / (wa + wb + wc);
-      float& highest = top.z_m[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
-                               static_cast<std::size_t>(i)];
-      highest = std::max(highest, static_cast<float>(z));
+      TopTexel& texel = top.texels[static_cast<std::size_t>(j) *
+                                       static_cast<std::size_t>(top.width) +
+                                   static_cast<std::size_t>(i)];
+      const auto height = static_cast<float>(z);
+      if (!(height > texel.z_m)) continue;
+      texel = {height, static_cast<float>(slope.x()), static_cast<float>(slope.y())};
     }
   }
 }
 
 }  // namespace
 
-TopHeight top_height(const Mesh& mesh, const Rain& rain, double texel_m) {
+TopHeight top_height(const Mesh& mesh, const FallFrame& frame, const PlaneRect& rect,
+                     double texel_m) {
   assert(texel_m > 0);
-  const Eigen::Vector3d size = rain.box_max_m - rain.box_min_m;
-  const double width = std::ceil(size.x() / texel_m), height = std::ceil(size.y() / texel_m);
+  TopHeight top = {.min_x_m = rect.min_x_m, .min_y_m = rect.min_y_m, .texel_m = texel_m};
+  if (!(rect.min_x_m < rect.max_x_m && rect.min_y_m < rect.max_y_m)) return top;
+  const double width = std::ceil((rect.max_x_m - rect.min_x_m) / texel_m);
+  const double height = std::ceil((rect.max_y_m - rect.min_y_m) / texel_m);
   if (!(width * height <= max_texels))
     throw std::runtime_error(fmt::format(
-        "top height of the rain's box: {:.0f} x {:.0f} texels of {} m; expected at most "
-        "{:.0f} in all",
+        "top height of the rain: {:.0f} x {:.0f} texels of {} m; expected at most {:.0f} in all",
         width, height, texel_m, max_texels));
-  TopHeight top;
-  top.min_x_m = rain.box_min_m.x();
-  top.min_y_m = rain.box_min_m.y();
-  top.texel_m = texel_m;
   top.width = static_cast<int>(width);
   top.height = static_cast<int>(height);
-  top.z_m.assign(static_cast<std::size_t>(width * height), no_surface_m);
+  top.texels.resize(static_cast<std::size_t>(width * height));
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     Eigen::Vector3d corner[3];
-    for (std::size_t i = 0; i < 3; ++i)
-      corner[i] = mesh.positions_m[mesh.indices[t + i]].cast<double>();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Vector3d p = mesh.positions_m[mesh.indices[t + i]].cast<double>();
+      corner[i] = {p.dot(frame.x), p.dot(frame.y), p.dot(frame.z)};
+    }
     rasterise(top, corner);
   }
+  float lowest = -no_surface_m;
+  for (const TopTexel& texel : top.texels) {
+    if (texel.z_m > no_surface_m) lowest = std::min(lowest, texel.z_m);
+  }
+  top.lowest_m = lowest < -no_surface_m ? static_cast<double>(lowest) : 0;
   return top;
 }
 
@@ -92,9 +104,13 @@ double height_at(const TopHeight& top, double x_m, double y_m) {
   const double j = std::floor((y_m - top.min_y_m) / top.texel_m);
   if (!(i >= 0 && i < top.width && j >= 0 && j < top.height))
     return static_cast<double>(no_surface_m);
-  return static_cast<double>(
-      top.z_m[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
-              static_cast<std::size_t>(i)]);
+  const TopTexel& texel =
+      top.texels[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+                 static_cast<std::size_t>(i)];
+  const double dx = x_m - top.min_x_m - (i + 0.5) * top.texel_m;
+  const double dy = y_m - top.min_y_m - (j + 0.5) * top.texel_m;
+  return static_cast<double>(texel.z_m) + dx * static_cast<double>(texel.slope_x) +
+         dy * static_cast<double>(texel.slope_y);
 }
 
 }  // namespace pluvia

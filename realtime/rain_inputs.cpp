@@ -20,13 +20,6 @@ constexpr std::size_t most_lights = 512;
 
 constexpr double nearest_depth_m = 0.1;  // place_streak draws no drop that is nearer
 
-void expect_same(const char* name, double value, double expected, const char* unit) {
-  // Both come from decimal text: equal numbers may differ by a few roundings, not by a millionth.
-  if (std::abs(value - expected) <= 1e-6 * std::abs(expected)) return;
-  throw std::runtime_error(fmt::format("scene: {} = {:.6g} {}; expected {:.6g} {} as in the atlas",
-                                       name, value, unit, expected, unit));
-}
-
 void expect_one_top(const StreakAtlas& atlas) {
   for (const AtlasView& view : atlas.views) {
     if (std::abs(view.path_top_row - atlas.views[0].path_top_row) > 1e-6)
@@ -37,17 +30,31 @@ void expect_one_top(const StreakAtlas& atlas) {
   }
 }
 
-// Distance along the camera's axis of the nearest corner of the rain's box.
-double nearest_box_depth_m(const Scene& scene) {
+// Distance along the camera's axis of the nearest corner of the rain's box, or single drop.
+double nearest_rain_depth_m(const Scene& scene) {
   const CameraFrame frame = camera_frame(scene.camera);
   double nearest = 1e300;
-  for (int corner = 0; corner < 8; ++corner) {
+  for (int corner = 0; corner < 8 && !scene.rain.sizes.empty(); ++corner) {
     Eigen::Vector3d p;
     for (int i = 0; i < 3; ++i)
       p[i] = (corner >> i & 1) ? scene.rain.box_max_m[i] : scene.rain.box_min_m[i];
     nearest = std::min(nearest, frame.forward.dot(p - scene.camera.position_m));
   }
-  return nearest;
+  return scene.drops.empty() ? nearest : nearest_depth_m;
+}
+
+// All sizes that fall, those of single drops too.
+std::vector<RainSize> all_sizes(const Scene& scene) {
+  std::vector<RainSize> sizes = scene.rain.sizes;
+  for (const SingleDrop& drop : scene.drops)
+    sizes.push_back({.r0_m = drop.r0_m, .velocity_m_s = drop.velocity_m_s});
+  return sizes;
+}
+
+// A point in the coordinates of a size's top heights on the GPU.
+glm::vec4 in_top(const RainSpace& space, const RainSizeSpace& size, const Eigen::Vector3d& p) {
+  const TopHeight& top = space.tops[static_cast<std::size_t>(size.top)];
+  return to_glm({p.x() - top.min_x_m, p.y() - top.min_y_m, p.z() - top.lowest_m}, 0);
 }
 
 }  // namespace
@@ -60,9 +67,14 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (scene.lights.size() > most_lights)
     throw std::runtime_error(fmt::format("scene: {} lights; expected at most {} with rain",
                                          scene.lights.size(), most_lights));
-  expect_same("camera.exposure_s", scene.camera.exposure_s, atlas.exposure_s, "s");
-  expect_same("rain.fall_speed_m_s", scene.rain.fall_speed_m_s, atlas.fall_speed_m_s, "m/s");
-  expect_same("rain.mean_radius_m", scene.rain.mean_radius_m, atlas.mean_radius_m, "m");
+  for (const RainSize& size : all_sizes(scene)) {
+    const double least_s = 2 * size.r0_m / size.velocity_m_s.norm();
+    if (scene.camera.exposure_s >= least_s) continue;
+    throw std::runtime_error(fmt::format(
+        "scene: camera.exposure_s = {:.6g} s; expected {:.2g} s or more, in which a drop of {:.3g} "
+        "mm falls its own diameter: less shows drops, not streaks",
+        scene.camera.exposure_s, least_s, 2e3 * size.r0_m));
+  }
   expect_one_top(atlas);
   if (!(options.max_texel_px > 0) || !std::isfinite(options.max_texel_px))
     throw std::runtime_error(
@@ -70,6 +82,14 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (options.finest_level < 0 || options.finest_level >= atlas.levels)
     throw std::runtime_error(
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
+}
+
+StreakGeometry streak_geometry(const StreakAtlas& atlas) {
+  return {.pixel_m = atlas.pixel_m,
+          .cell_width_px = static_cast<double>(atlas.cell_width_px),
+          .exposure_s = atlas.exposure_s,
+          .path_top_row = atlas.views.at(0).path_top_row,
+          .mean_radius_m = atlas.mean_radius_m};
 }
 
 int coarsest_level(const StreakAtlas& atlas) {
@@ -82,41 +102,127 @@ int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
   // A length across the view grows by 1 / cos of the angle from the axis, most in the corner; a
   // streak may start one cell outside.
   const double corner = std::hypot(scene.camera.width_px, scene.camera.height_px) / 2 / focal_px;
-  const double depth_m = std::max(
-      nearest_depth_m, nearest_box_depth_m(scene) - atlas.exposure_s * atlas.fall_speed_m_s);
-  const double widest_px = focal_px * atlas.pixel_m / depth_m * std::hypot(1, 1.5 * corner);
+  double path_m = 0, radius_m = 0;
+  for (const RainSize& size : all_sizes(scene)) {
+    path_m = std::max(path_m, size.velocity_m_s.norm() * scene.camera.exposure_s);
+    radius_m = std::max(radius_m, size.r0_m);
+  }
+  const double depth_m = std::max(nearest_depth_m, nearest_rain_depth_m(scene) - path_m);
+  const double pixel_m = atlas.pixel_m * radius_m / atlas.mean_radius_m;
+  const double widest_px = focal_px * pixel_m / depth_m * std::hypot(1, 1.5 * corner);
   const double level = std::floor(std::log2(options.max_texel_px / widest_px));
   return std::max(options.finest_level,
                   static_cast<int>(std::clamp<double>(level, 0, coarsest_level(atlas))));
 }
 
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
-                           const RenderOptions& options, const TopHeight& top) {
-  const Rain& rain = scene.rain;
-  const Eigen::Vector3d size = rain.box_max_m - rain.box_min_m;
-  const Eigen::Vector3d corner(rain.box_min_m.x(), rain.box_min_m.y(), rain.box_max_m.z());
-  const Eigen::Vector3d grid(top.min_x_m, top.min_y_m, 0);
+                           const RenderOptions& options) {
   double rows_below_path = 0;
   for (const AtlasView& view : atlas.views)
     rows_below_path = std::max(rows_below_path, view.height_px - view.path_bottom_row);
   RainUniforms uniforms;
-  uniforms.camera = gpu_camera(scene.camera);
-  uniforms.box_corner_m = to_glm(corner - scene.camera.position_m, atlas.pixel_m);
-  uniforms.box_size_m = to_glm(size, scene.camera.exposure_s);
-  uniforms.velocity_m_s = to_glm(Eigen::Vector3d(0, 0, -rain.fall_speed_m_s), rain.mean_radius_m);
-  uniforms.top_grid_m = to_glm(grid - scene.camera.position_m, -1e30);
-  uniforms.top_grid_m.z = static_cast<float>(top.texel_m);
   uniforms.cell = to_glm(
       Eigen::Vector3d(atlas.views[0].path_top_row, atlas.cell_width_px, options.max_texel_px),
       rows_below_path);
-  const RainSeeds seeds = rain_seeds(rain.seed);
-  uniforms.fall = {0, 0, seeds.phase, seeds.place};
-  uniforms.counts = {static_cast<int>(drop_count(rain)), static_cast<int>(scene.lights.size()),
+  uniforms.counts = {static_cast<int>(atlas.layers.size()), static_cast<int>(scene.lights.size()),
                      static_cast<int>(atlas.lights.size()), static_cast<int>(atlas.views.size())};
   const int finest = finest_level_needed(scene, atlas, options);
-  uniforms.sizes = {static_cast<int>(atlas.layers.size()), finest,
-                    std::max(finest, coarsest_level(atlas)), 0};
+  uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
   return uniforms;
+}
+
+std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& space,
+                                        const StreakAtlas& atlas) {
+  const StreakGeometry geometry = streak_geometry(atlas);
+  std::vector<int> first_height = {0};
+  for (const TopHeight& top : space.tops)
+    first_height.push_back(first_height.back() + 3 * static_cast<int>(top.texels.size()));
+  std::vector<GpuRainSize> sizes;
+  for (const RainSizeSpace& size : space.sizes) {
+    const SegmentTimes times =
+        segment_times(scene.camera.exposure_s, size.drops.r0_m, geometry);
+    const TopHeight& top = space.tops[static_cast<std::size_t>(size.top)];
+    GpuRainSize gpu;
+    gpu.axis_x = to_glm(size.frame.x, size.cell_m);
+    gpu.axis_y = to_glm(size.frame.y, space.local_height_m);
+    gpu.axis_z = to_glm(size.frame.z, atlas.pixel_m * size.drops.r0_m / atlas.mean_radius_m);
+    gpu.velocity_m_s = to_glm(size.drops.velocity_m_s, size.drops.r0_m);
+    gpu.times = to_glm({times.each_s, scene.camera.exposure_s,
+                        times.each_s / scene.camera.exposure_s},
+                       size.speed_m_s);
+    gpu.top_grid = to_glm({0, 0, top.texel_m}, -1e30);
+    gpu.top_layout = {first_height[static_cast<std::size_t>(size.top)], top.width, top.height, 0};
+    gpu.run.z = static_cast<std::uint32_t>(times.count);
+    sizes.push_back(gpu);
+  }
+  return sizes;
+}
+
+std::vector<float> gpu_top_heights(const RainSpace& space) {
+  std::vector<float> heights;
+  for (const TopHeight& top : space.tops) {
+    for (const TopTexel& texel : top.texels) {
+      heights.push_back(static_cast<float>(static_cast<double>(texel.z_m) - top.lowest_m));
+      heights.push_back(texel.slope_x);
+      heights.push_back(texel.slope_y);
+    }
+  }
+  return heights;
+}
+
+void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUniforms& uniforms,
+               std::vector<GpuRainSize>& sizes) {
+  const Eigen::Vector3d& camera_m = scene.camera.position_m;
+  uniforms.camera = gpu_camera(scene.camera);
+  uniforms.box_min_m = to_glm(scene.rain.box_min_m - camera_m, 0);
+  uniforms.box_max_m = to_glm(scene.rain.box_max_m - camera_m, 0);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const LocalSpace local = local_space(space, static_cast<int>(i), camera_m, time_s);
+    sizes[i].run.x = local.phase;
+    sizes[i].run.y = local.round;
+  }
+}
+
+std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
+                                      const std::vector<SizedCell>& cells,
+                                      const std::vector<GpuRainSize>& sizes,
+                                      int oscillation_count, double time_s, int group_size) {
+  const Eigen::Vector3d& camera_m = scene.camera.position_m;
+  const auto most = static_cast<std::uint32_t>(group_size);
+  std::vector<GpuDropGroup> groups;
+  const auto add = [&](GpuDropGroup group, std::uint32_t items) {
+    for (std::uint32_t first = 0; first < items; first += most) {
+      group.drops.z = first;
+      group.drops.w = std::min(most, items - first);
+      groups.push_back(group);
+    }
+  };
+  std::vector<double> floors_m;
+  for (std::size_t i = 0; i < space.sizes.size(); ++i)
+    floors_m.push_back(local_space(space, static_cast<int>(i), camera_m, time_s).floor_m);
+  for (const SizedCell& sized : cells) {
+    const auto index = static_cast<std::size_t>(sized.size);
+    const RainSizeSpace& size = space.sizes[index];
+    const Eigen::Vector3d corner(sized.cell.x * size.cell_m, sized.cell.y * size.cell_m,
+                                 floors_m[index]);
+    const FallFrame& frame = size.frame;
+    const Eigen::Vector3d place =
+        corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
+    add({to_glm(place - camera_m, 0), in_top(space, size, corner),
+         {sized.cell.keys[0], sized.cell.keys[1], 0, 0}, {sized.size, -1, 0, 0}},
+        sized.cell.count * sizes[index].run.z);
+  }
+  for (std::size_t i = 0; i < scene.drops.size(); ++i) {
+    const SingleDrop& drop = scene.drops[i];
+    const auto index = static_cast<std::size_t>(space.single_sizes[i]);
+    const FallFrame& frame = space.sizes[index].frame;
+    const Eigen::Vector3d place = drop.centre_m + time_s * drop.velocity_m_s;
+    const Eigen::Vector3d corner(place.dot(frame.x), place.dot(frame.y), place.dot(frame.z));
+    add({to_glm(place - camera_m, 0), in_top(space, space.sizes[index], corner), {},
+         {space.single_sizes[i], drop.oscillation % oscillation_count, 0, 0}},
+        sizes[index].run.z);
+  }
+  return groups;
 }
 
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas) {

@@ -1,4 +1,5 @@
-// What the rain pass makes of a scene and an atlas before the first frame.
+// What the rain pass hands to its shaders: of a scene and an atlas before the first frame, and of
+// the rain space for each frame.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +8,45 @@
 #include <glm/vec4.hpp>
 
 #include "atlas/streak_atlas.h"
+#include "raytrace/rain_packets.h"
+#include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
-#include "raytrace/top_height.h"
-#include "realtime/rain_pass.h"
+#include "raytrace/streak_placement.h"
+#include "realtime/gpu_scene.h"
+#include "realtime/rain_renderer.h"
 
 namespace pluvia {
 
-// Throws std::runtime_error "scene: camera.exposure_s = 0.01 s; expected 0.0166667 s as in the
-// atlas" and alike for fall speed, radius, options out of range, and an atlas without layers, views
-// or lights.
+struct RainUniforms {  // rain_uniforms.glsl, member by member
+  GpuCamera camera = {};
+  glm::vec4 box_min_m = {}, box_max_m = {};
+  glm::vec4 cell = {};
+  glm::vec4 environment = {};
+  glm::ivec4 counts = {};
+  glm::ivec4 sizes = {};
+};
+
+struct GpuRainSize {  // RainSize of rain_uniforms.glsl
+  glm::vec4 axis_x = {}, axis_y = {}, axis_z = {};
+  glm::vec4 velocity_m_s = {};
+  glm::vec4 times = {};
+  glm::vec4 top_grid = {};
+  glm::ivec4 top_layout = {};
+  glm::uvec4 run = {};
+};
+
+struct GpuDropGroup {  // DropGroup of rain_drops.glsl
+  glm::vec4 corner_m = {};
+  glm::vec4 corner_top = {};
+  glm::uvec4 drops = {};
+  glm::ivec4 what = {};
+};
+
+// Throws std::runtime_error for options out of range, an atlas without layers, views or lights, and
+// an exposure in which a drop falls less than its own diameter: that is no streak.
 void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+StreakGeometry streak_geometry(const StreakAtlas& atlas);
 
 // A streak has at least four columns, however thin it is: one that straddles two pixels in front of
 // a bright lamp goes wrong else (relative RMSE of the street's rain against the exact composite
@@ -27,8 +57,24 @@ int coarsest_level(const StreakAtlas& atlas);
 // 0.1 m at least, in the picture's corner.
 int finest_level_needed(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
 
+// What no frame changes.
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
-                           const RenderOptions& options, const TopHeight& top);
+                           const RenderOptions& options);
+std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& space,
+                                        const StreakAtlas& atlas);
+
+// The texels of all tops, one after the other: height above the top's lowest, slopes.
+std::vector<float> gpu_top_heights(const RainSpace& space);
+
+// What each frame changes: the camera, the box as seen from it, the runs of the sizes.
+void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUniforms& uniforms,
+               std::vector<GpuRainSize>& sizes);
+
+// One for every group_size drops and segments of a cell, and for those of a single drop.
+std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
+                                      const std::vector<SizedCell>& cells,
+                                      const std::vector<GpuRainSize>& sizes,
+                                      int oscillation_count, double time_s, int group_size);
 
 // Per layer, the layer of the mirrored drop.
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);

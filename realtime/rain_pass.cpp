@@ -17,6 +17,7 @@ namespace pluvia {
 namespace {
 
 constexpr int group_size = 256;           // drops of a compute group
+constexpr GLuint groups_per_row = 32768;  // of a dispatch: 65535 is all that is promised
 constexpr int quads_per_instance = 1024;  // few instances: each costs a set-up, whatever it draws
 constexpr int sums_width = 4096, sums_height = 1024;  // a layer of sums: 16 MB
 
@@ -32,12 +33,15 @@ enum Binding : GLuint {
   atlas_views_at,
   atlas_spans_at,
   centres_at,
-  top_height_at,
+  sizes_at,
+  groups_at,
+  top_heights_at,
   sums_at
 };
 
 ShaderDefines defines() {
   ShaderDefines all = {{"GROUP_SIZE", std::to_string(group_size)},
+                       {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
                        {"SUMS_WIDTH", std::to_string(sums_width)},
                        {"SUMS_HEIGHT", std::to_string(sums_height)},
@@ -53,7 +57,9 @@ ShaderDefines defines() {
                                                      {"ATLAS_VIEWS", atlas_views_at},
                                                      {"ATLAS_SPANS", atlas_spans_at},
                                                      {"CENTRES", centres_at},
-                                                     {"TOP_HEIGHT", top_height_at},
+                                                     {"RAIN_SIZES", sizes_at},
+                                                     {"DROP_GROUPS", groups_at},
+                                                     {"TOP_HEIGHTS", top_heights_at},
                                                      {"CUMULATIVE", sums_at}};
   for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
   return all;
@@ -74,26 +80,22 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(atlas_layers_at, pass.atlas_layers);
   bind_storage(atlas_views_at, pass.atlas_views);
   bind_storage(atlas_spans_at, pass.atlas_spans);
-  glBindTextureUnit(top_height_at, pass.top_height.id());
+  bind_storage(sizes_at, pass.size_buffer);
+  bind_storage(groups_at, pass.group_buffer);
+  bind_storage(top_heights_at, pass.top_heights);
   glBindTextureUnit(sums_at, pass.sums.id());
 }
 
-GlTexture upload_top_height(const TopHeight& top, double camera_z_m) {
-  GLint largest = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
-  if (std::max(top.width, top.height) > largest)
-    throw std::runtime_error(
-        fmt::format("top height: {} x {} texels; expected at most {} a side on "
-                    "this OpenGL",
-                    top.width, top.height, largest));
-  std::vector<float> from_camera;
-  for (const float z : top.z_m)
-    from_camera.push_back(static_cast<float>(static_cast<double>(z) - camera_z_m));
-  GlTexture texture = make_texture(GL_R32F, top.width, top.height);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(texture.id(), 0, 0, 0, top.width, top.height, GL_RED, GL_FLOAT,
-                      from_camera.data());
-  return texture;
+GlBuffer upload_top_heights(const RainSpace& space) {
+  const std::vector<float> heights = gpu_top_heights(space);
+  GLint64 largest = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
+  if (heights.size() * sizeof(float) > static_cast<std::size_t>(largest))
+    throw std::runtime_error(fmt::format(
+        "rain: {} top heights of {} directions of fall need {} bytes; expected at most {} on this "
+        "OpenGL",
+        heights.size(), space.tops.size(), heights.size() * sizeof(float), largest));
+  return make_buffer(heights);
 }
 
 // One long array, folded into layers: a storage buffer may be limited to 128 MB.
@@ -126,23 +128,41 @@ GlVertexArray make_quads(GlBuffer& indices) {
   return quads;
 }
 
-void set_time(RainPass& pass, double time_s) {
-  const FallState fall = fall_state(pass.rain, time_s);
-  pass.uniforms.fall.x = fall.phase;
-  pass.uniforms.fall.y = fall.round;
-}
-
 void upload_uniforms(const RainPass& pass) {
   glNamedBufferSubData(pass.uniform_buffer.id(), 0, sizeof(pass.uniforms), &pass.uniforms);
 }
 
-GLuint group_count(const RainPass& pass) {
-  return static_cast<GLuint>((pass.uniforms.counts.x + group_size - 1) / group_size);
+// The groups of drops that this frame looks at.
+void upload_groups(RainPass& pass, double time_s) {
+  const PacketChoice choice =
+      select_packets(pass.space, pass.packets, pass.scene.camera, time_s);
+  const std::vector<SizedCell> cells =
+      packet_cells(pass.space, choice, pass.scene.camera, time_s);
+  set_frame(pass.scene, pass.space, time_s, pass.uniforms, pass.sizes);
+  pass.groups = drop_groups(pass.scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
+                            time_s, group_size);
+  pass.counts = {.packets_looked_at = choice.looked_at,
+                 .packets_taken = static_cast<long>(choice.packets.size())};
+  for (const SizedCell& cell : cells) pass.counts.drops_looked_at += cell.cell.count;
+  pass.counts.drops_looked_at += static_cast<long>(pass.scene.drops.size());
+  if (pass.groups.size() > pass.group_capacity) {
+    pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
+    pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
+    pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
+  }
+  glNamedBufferSubData(pass.group_buffer.id(), 0,
+                       static_cast<GLsizeiptr>(pass.groups.size() * sizeof(GpuDropGroup)),
+                       pass.groups.data());
+  glNamedBufferSubData(pass.size_buffer.id(), 0,
+                       static_cast<GLsizeiptr>(pass.sizes.size() * sizeof(GpuRainSize)),
+                       pass.sizes.data());
+  pass.uniforms.sizes.x = static_cast<int>(pass.groups.size());
+  upload_uniforms(pass);
 }
 
 // Exclusive sums of the groups' counts, put back for the placing shader; returns the total.
 std::size_t sum_groups(const RainPass& pass) {
-  std::vector<GLuint> groups(group_count(pass));
+  std::vector<GLuint> groups(pass.groups.size());
   const auto bytes = static_cast<GLsizeiptr>(groups.size() * sizeof(GLuint));
   glGetNamedBufferSubData(pass.group_starts.id(), 0, bytes, groups.data());
   const std::size_t total = std::accumulate(groups.begin(), groups.end(), std::size_t{0});
@@ -161,7 +181,7 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
   if (bytes > static_cast<std::size_t>(largest))
     throw std::runtime_error(fmt::format(
-        "rain: {} drops in view with {} lights need {} bytes; expected at most {} on this OpenGL",
+        "rain: {} streaks in view with {} lights need {} bytes; expected at most {} on this OpenGL",
         streaks, lights, bytes, largest));
   pass.streaks = make_buffer(nullptr, capacity * sizeof(StreakRecord));
   pass.lit_streaks = make_buffer(nullptr, capacity * lights * sizeof(LitStreakRecord));
@@ -171,7 +191,9 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
 void dispatch(const RainPass& pass, const GlProgram& program) {
   bind_inputs(pass);
   glUseProgram(program.id());
-  glDispatchCompute(group_count(pass), 1, 1);
+  const auto groups = static_cast<GLuint>(pass.groups.size());
+  glDispatchCompute(std::min(groups, groups_per_row),
+                    (groups + groups_per_row - 1) / groups_per_row, 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
@@ -180,9 +202,8 @@ void refuse_light_inside_drop(const RainPass& pass) {
   glGetNamedBufferSubData(pass.refused.id(), 0, sizeof(refused), &refused);
   if (refused)
     throw std::runtime_error(
-        fmt::format("scene: a light is inside a drop's path; expected more than "
-                    "the drop's radius, {} m, between them",
-                    pass.rain.mean_radius_m));
+        "scene: a light is inside a drop's path; expected more than the drop's radius between "
+        "them");
 }
 
 }  // namespace
@@ -190,10 +211,14 @@ void refuse_light_inside_drop(const RainPass& pass) {
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
                         const glm::vec4& environment) {
   check_rain_inputs(scene, atlas, options);
-  const TopHeight top = top_height(scene.mesh, scene.rain, TopHeight{}.texel_m);
   RainPass pass;
-  pass.rain = scene.rain;
-  pass.uniforms = rain_uniforms(scene, atlas, options, top);
+  pass.scene.camera = scene.camera;
+  pass.scene.rain = scene.rain;
+  pass.scene.drops = scene.drops;
+  pass.space = make_rain_space(scene);
+  pass.packets = make_rain_packets(pass.space, options.packets);
+  pass.uniforms = rain_uniforms(scene, atlas, options);
+  pass.sizes = gpu_rain_sizes(scene, pass.space, atlas);
   // w tells the shader whether there is anything to look up.
   const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
@@ -201,9 +226,9 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
       atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
   pass.sums = upload_sums(cumulative.sums);
   pass.sums_bytes = cumulative.sums.size() * sizeof(float);
-  pass.top_height = upload_top_height(top, scene.camera.position_m.z());
+  pass.top_heights = upload_top_heights(pass.space);
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
-  pass.group_starts = make_buffer(std::vector<GLuint>(group_count(pass)));
+  pass.size_buffer = make_buffer(pass.sizes);
   pass.refused = make_buffer(nullptr, 0);
   pass.lights = make_buffer(gpu_lights(scene));
   pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
@@ -218,8 +243,9 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
 }
 
 long place_rain(RainPass& pass, double time_s) {
-  set_time(pass, time_s);
-  upload_uniforms(pass);
+  pass.uniforms.sizes.w = 0;
+  upload_groups(pass, time_s);
+  if (pass.groups.empty()) return 0;
   dispatch(pass, pass.count);
   const std::size_t streaks = sum_groups(pass);
   reserve_records(pass, streaks);
@@ -271,14 +297,19 @@ StreakRecords read_records(const RainPass& pass) {
 
 std::vector<float> read_centres_m(RainPass& pass, double time_s) {
   if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines());
-  std::vector<float> centres(3 * static_cast<std::size_t>(pass.uniforms.counts.x));
-  const GlBuffer buffer = make_buffer(centres);
-  set_time(pass, time_s);
-  upload_uniforms(pass);
+  upload_groups(pass, time_s);
+  if (pass.groups.empty()) return {};
+  const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;
+  std::vector<float> values(4 * rows * groups_per_row * group_size);
+  const GlBuffer buffer = make_buffer(values);
   bind_storage(centres_at, buffer);
   dispatch(pass, pass.centres);
-  glGetNamedBufferSubData(buffer.id(), 0, static_cast<GLsizeiptr>(centres.size() * sizeof(float)),
-                          centres.data());
+  glGetNamedBufferSubData(buffer.id(), 0, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
+                          values.data());
+  std::vector<float> centres;
+  for (std::size_t i = 0; i < values.size(); i += 4) {
+    if (values[i + 3] > 0) centres.insert(centres.end(), &values[i], &values[i + 3]);
+  }
   return centres;
 }
 

@@ -3,41 +3,36 @@
 #pragma once
 
 #include <cstddef>
-
-#include <glm/vec4.hpp>
+#include <vector>
 
 #include "atlas/streak_atlas.h"
+#include "raytrace/rain_packets.h"
+#include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 #include "realtime/gl_objects.h"
-#include "realtime/gpu_scene.h"
+#include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/scene_pass.h"
 #include "realtime/streak_record.h"
 
 namespace pluvia {
 
-struct RainUniforms {  // rain_uniforms.glsl, member by member
-  GpuCamera camera = {};
-  glm::vec4 box_corner_m = {};
-  glm::vec4 box_size_m = {};
-  glm::vec4 velocity_m_s = {};
-  glm::vec4 top_grid_m = {};
-  glm::vec4 cell = {};
-  glm::vec4 environment = {};
-  glm::uvec4 fall = {};
-  glm::ivec4 counts = {};
-  glm::ivec4 sizes = {};
-};
-
 struct RainPass {
-  Rain rain = {};
+  Scene scene = {};  // its camera, rain and single drops alone
+  RainSpace space = {};
+  RainPackets packets = {};
+  PacketCounts counts = {};  // of the last frame
   RainUniforms uniforms = {};
+  std::vector<GpuRainSize> sizes = {};
+  std::vector<GpuDropGroup> groups = {};
   std::size_t sums_bytes = 0;
-  std::size_t capacity = 0;  // streaks that the record buffers hold
-  GlBuffer uniform_buffer = {}, group_starts = {}, refused = {}, streaks = {}, lit_streaks = {};
+  std::size_t capacity = 0;        // streaks that the record buffers hold
+  std::size_t group_capacity = 0;  // groups that their buffers hold
+  GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {};
+  GlBuffer group_starts = {}, refused = {}, streaks = {}, lit_streaks = {};
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
   GlBuffer quad_indices = {};
-  GlTexture top_height = {}, sums = {};
+  GlTexture sums = {};
   GlVertexArray quads = {};
   GlProgram count = {}, place = {}, draw = {}, centres = {};
 };
@@ -46,8 +41,8 @@ struct RainPass {
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
                         const glm::vec4& environment);
 
-// Fills the records for a shutter that opens at time_s; returns how many drops are in view. Throws
-// std::runtime_error for a time that fall_state refuses and for a lamp inside a drop.
+// Fills the records for a shutter that opens at time_s; returns how many streaks are in view. Throws
+// std::runtime_error for a time that local_space refuses and for a lamp inside a drop.
 long place_rain(RainPass& pass, double time_s);
 
 // Adds the records to the target (RGBA32F and a depth for the test).
@@ -55,7 +50,7 @@ void draw_rain(const RainPass& pass, const GlFramebuffer& target);
 
 StreakRecords read_records(const RainPass& pass);
 
-// Three floats a drop, from the camera.
+// Three floats a drop, from the camera, of the drops that were looked at.
 std::vector<float> read_centres_m(RainPass& pass, double time_s);
 
 }  // namespace pluvia

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "atlas/image_io.h"
-#include "raytrace/drop_field.h"
 #include "realtime/composite_pass.h"
 #include "realtime/rain_pass.h"
 
@@ -60,7 +59,7 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   state.scene = make_scene_pass(scene, map ? &*map : nullptr);
   state.make_rain_target();
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px);
-  if (drop_count(scene.rain) > 0)
+  if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(scene, atlas, options,
                                 mean_environment(scene.environment, map ? &*map : nullptr));
   state.context.check();
@@ -79,7 +78,8 @@ Frame RainRenderer::render(double time_s) {
   draw_scene(state.scene);
   frame.timing.scene_s = watch.lap_s();
   if (state.rain) {
-    frame.drops_in_view = place_rain(*state.rain, time_s);
+    frame.streaks_in_view = place_rain(*state.rain, time_s);
+    frame.packets = state.rain->counts;
     draw_rain(*state.rain, state.rain_target);
   }
   frame.timing.rain_s = watch.lap_s();

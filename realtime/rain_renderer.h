@@ -13,6 +13,7 @@
 
 #include "atlas/image.h"
 #include "atlas/streak_atlas.h"
+#include "raytrace/rain_packets.h"
 #include "raytrace/scene.h"
 #include "realtime/gl_context.h"
 #include "realtime/streak_record.h"
@@ -28,6 +29,14 @@ struct RenderOptions {
   // Finer levels are never read nor uploaded. Levels that no drop of the scene can need are left
   // out anyway. 0 .. the atlas's levels - 1.
   int finest_level = 0;
+  PacketOptions packets = {};
+};
+
+// What the selection of packets looked at (raytrace/rain_packets.h).
+struct PacketCounts {
+  long packets_looked_at = 0;
+  long packets_taken = 0;
+  long drops_looked_at = 0;
 };
 
 struct FrameTiming {  // steady clock around glFinish; process CPU time beside it
@@ -44,15 +53,16 @@ struct Frame {
   Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage)
   Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
   FrameTiming timing = {};
-  long drops_in_view = 0;
+  long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
+  PacketCounts packets = {};
 };
 
 class RainRenderer {
  public:
   // Uploads the scene and the atlas. Throws std::runtime_error when there is no EGL or no
-  // OpenGL 4.5, when a shader does not compile, when the scene's exposure, fall speed or drop
-  // radius is not the atlas's ("scene: camera.exposure_s = 0.01 s; expected 0.0166667 s as in the
-  // atlas"). A scene without rain needs no atlas: it may be empty.
+  // OpenGL 4.5, when a shader does not compile, when the rain asks for too many drops or packets
+  // that cannot be, and for an exposure in which drops are no streaks. A scene without rain needs no
+  // atlas: it may be empty.
   RainRenderer(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options = {});
   ~RainRenderer();
   RainRenderer(const RainRenderer&) = delete;
@@ -62,8 +72,8 @@ class RainRenderer {
   Frame render(double time_s);
   GlInfo gl_info() const;
 
-  // Centres of all drops at time_s as the GPU's closed form computes them (x, y, z per drop, in
-  // order of id): for the test against raytrace/drop_field.h.
+  // Centres of the drops in the packets taken at time_s as the GPU's closed form computes them (x,
+  // y, z per drop, in order of drop_field): for the test against raytrace/drop_field.h.
   std::vector<float> drop_centres_m(double time_s);
 
   // What the GPU decides about every visible drop: for the tests against place_streak and

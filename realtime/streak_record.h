@@ -1,4 +1,4 @@
-// What the GPU decides about each visible drop: read back by tests, drawn by rain.vert and
+// What the GPU decides about each visible streak: read back by tests, drawn by rain.vert and
 // rain.frag. The layout is that of rain_streaks.glsl (std430).
 #pragma once
 
@@ -14,13 +14,13 @@ struct StreakRecord {  // StreakPlacement of raytrace/streak_placement.h, in flo
   glm::vec2 column_px = {};
   glm::vec2 row_px = {};
   float path_rows = 0;
-  float clip_row = 0;  // 1e30 for a drop that does not hit
+  float clip_row = 0;  // 1e30 for a whole one
   float depth_m = 0;
   float view_elevation_deg = 0;
   std::int32_t level = 0;  // of the atlas
   std::int32_t layer = 0;  // oscillation set, for environment and coverage
   glm::ivec2 view = {};
-  glm::vec2 view_weight = {};
+  glm::vec2 view_weight = {};  // times what the segment counts
 };
 static_assert(sizeof(StreakRecord) == 64);
 
@@ -30,7 +30,7 @@ struct LitStreakRecord {
 };
 static_assert(sizeof(LitStreakRecord) == 16);
 
-struct StreakRecords {  // in order of the drops' ids; lit: as many per streak as lights
+struct StreakRecords {  // in order of drop_field and of segments; lit: as many per streak as lights
   std::vector<StreakRecord> streaks = {};
   std::vector<LitStreakRecord> lit = {};
 };

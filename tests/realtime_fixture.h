@@ -53,7 +53,7 @@ inline void add_ground(Mesh& mesh, float z_m) {
   add_rectangle(mesh, {-30, -30, z_m}, {60, 0, 0}, {0, 60, 0}, {.base_color = {0.2, 0.3, 0.4}});
 }
 
-// Rain around the camera, two lamps, a ground.
+// About so many drops around the camera, two lamps, a ground.
 inline Scene rainy_scene(double drops) {
   Scene scene;
   scene.camera.width_px = 160;
@@ -66,7 +66,9 @@ inline Scene rainy_scene(double drops) {
   add_ground(scene.mesh, 0);
   scene.rain.box_min_m = {-6, -6, -0.5};
   scene.rain.box_max_m = {6, 12, 7};
-  scene.rain.drops_per_m3 = drops / (12 * 18 * 7.5);
+  if (drops > 0) scene.rain.sizes = {{.drops_per_m3 = drops / (12 * 18 * 7.5)}};
+  scene.rain.culling_radius_m = 20;  // all of the box
+  scene.rain.local_height_m = 7.5;
   return scene;
 }
 

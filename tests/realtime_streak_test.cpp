@@ -42,9 +42,7 @@ Single single_streak(const Pose& pose) {
   scene.camera.exposure_s = shared_atlas().exposure_s;
   scene.lights = {{"lamp", pose.lamp_m, {700, 500, 300}}};
   const Eigen::Vector3d aim(0.5, 0.5, 2);
-  scene.rain.box_min_m = aim - Eigen::Vector3d(0.001, 0.001, 0.0005);
-  scene.rain.box_max_m = aim + Eigen::Vector3d(0.001, 0.001, 0.0005);
-  scene.rain.drops_per_m3 = 1 / (0.002 * 0.002 * 0.001);
+  scene.drops = {{.centre_m = aim, .oscillation = 2}};
   const Eigen::Vector3d middle = aim - Eigen::Vector3d(0, 0, 8.49 / 60 / 2);
   scene.camera.position_m = middle - pose.direction;
   scene.camera.target_m = middle;
@@ -55,7 +53,7 @@ Single single_streak(const Pose& pose) {
       middle - depth_m * frame.forward -
       half_m * (pose.off_axis.x() * frame.right + pose.off_axis.y() * frame.up);
   scene.camera.target_m = scene.camera.position_m + frame.forward;
-  const auto drops = drop_field(scene, top_height(scene.mesh, scene.rain, 0.1), 5, 0);
+  const auto drops = drop_field(scene, make_rain_space(scene), 5, 0);
   EXPECT_EQ(drops.size(), 1u);
   single.drop = drops.at(0);
   single.placed = place_streak(scene, single.drop,
@@ -126,7 +124,7 @@ TEST(Streak, ItsFluxOnScreenIsIrradianceTimesItsCells) {
     }
     RainRenderer renderer(single.scene, shared_atlas());
     const Frame frame = renderer.render(0);
-    ASSERT_EQ(frame.drops_in_view, 1) << pose.name;
+    ASSERT_EQ(frame.streaks_in_view, 1) << pose.name;
     for (int c = 0; c < 3; ++c) {
       const double expected =
           single.placed.lights[0].irradiance_lux[c] * cells * determinant(single.placed);
@@ -245,7 +243,6 @@ TEST(Streak, AWallInFrontHidesItAndAWallBehindDoesNot) {
     Scene scene = single.scene;
     scene.mesh = {};
     add_rectangle(scene.mesh, {-5, y_m + offset_m, -5}, {10, 0, 0}, {0, 0, 20}, {});
-    scene.rain.box_max_m.y() = static_cast<double>(y_m) + 0.001;
     RainRenderer renderer(scene, shared_atlas());
     const Image seen = renderer.render(0).rain;
     if (offset_m < 0)
@@ -260,8 +257,10 @@ TEST(Streak, ItEndsWhereTheDropHitsTheGround) {
   Single single = single_streak(poses[0]);
   // The ground 5 cm below the drop: 5 of 14.15 cm of the path are left.
   const double ground_m = single.drop.centre_m.z() - 0.05;
-  // Behind the drop, but over the centre of the height grid's texel that the drop falls through.
-  add_rectangle(single.scene.mesh, {0.53f, 0.53f, static_cast<float>(ground_m)}, {0.04f, 0, 0},
+  // Behind the drop, but under the centre of the top heights' texel that the drop falls through: a
+  // texel is 0.1 m, and their grid starts at the corner of the first rectangle, which is far below.
+  add_rectangle(single.scene.mesh, {0.45f, 0.46f, -9}, {0.3f, 0, 0}, {0, 0.3f, 0}, {});
+  add_rectangle(single.scene.mesh, {0.495f, 0.502f, static_cast<float>(ground_m)}, {0.04f, 0, 0},
                 {0, 0.04f, 0}, {});
   RainRenderer renderer(single.scene, shared_atlas());
   const Frame frame = renderer.render(0);
@@ -276,6 +275,27 @@ TEST(Streak, ItEndsWhereTheDropHitsTheGround) {
   EXPECT_NEAR(last, end_px, 1.5);
   // One row of pixels too many or too few of 170 would be an error of 170^-1/2 = 8 %.
   EXPECT_LT(difference_from_dense_samples(single, frame.rain), 0.02);
+}
+
+TEST(Streak, ItsFluxDoesNotDependOnHowAnExposureFallsIntoPictures) {
+  PLUVIA_NEEDS_OPENGL();
+  // A drop's light over an exposure T is spread over a path v T: radiance x area goes with 1 / T x T.
+  // Exposures of a quarter to three pictures, seen from so far that all of the path is in view under
+  // nearly one direction; the look of a cell changes along it, so that parts of one differ.
+  for (const double exposure_s : {0.25 / 60, 1.0 / 60, 2.0 / 60, 3.0 / 60}) {
+    Single single = single_streak(poses[1]);
+    const double traced = [&] {
+      RainRenderer renderer(single.scene, shared_atlas());
+      return sum_of(renderer.render(0).rain_tau, 0);
+    }();
+    single.scene.camera.exposure_s = exposure_s;
+    RainRenderer renderer(single.scene, shared_atlas());
+    const Frame frame = renderer.render(0);
+    EXPECT_EQ(frame.streaks_in_view, std::max(1L, std::lround(exposure_s * 60)));
+    // Coverage per row is the same for every whole picture; its first quarter has 3 % less.
+    EXPECT_NEAR(sum_of(frame.rain_tau, 0) / traced, 1, exposure_s < 1.0 / 61 ? 0.05 : 5e-3)
+        << exposure_s;
+  }
 }
 
 }  // namespace

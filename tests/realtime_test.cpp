@@ -31,16 +31,15 @@ StreakGeometry geometry_of(const StreakAtlas& atlas) {
           atlas.views[0].path_top_row};
 }
 
-TopHeight top_of(const Scene& scene) {
-  return top_height(scene.mesh, scene.rain, TopHeight{}.texel_m);
-}
+// Packets of the whole world: every drop of the field is looked at.
+constexpr RenderOptions no_selection = {.packets = {.scheme = PacketScheme::world}};
 
 TEST(RainRenderer, DropsAreWhereTheDropFieldSaysAlsoAfterADay) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(5000);
-  RainRenderer renderer(scene, shared_atlas());
+  RainRenderer renderer(scene, shared_atlas(), no_selection);
   for (const double time_s : {0.0, 3.7, 86400.0, 86400.0 * 30 + 0.123}) {
-    const auto drops = drop_field(scene, top_of(scene), 10, time_s);
+    const auto drops = drop_field(scene, make_rain_space(scene), 10, time_s);
     const std::vector<float> centres = renderer.drop_centres_m(time_s);
     ASSERT_EQ(centres.size(), 3 * drops.size());
     double worst_m = 0;
@@ -128,7 +127,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas) {
     RainRenderer renderer(scene, atlas);
     const StreakRecords records = renderer.streak_records(1.25);
     std::size_t next = 0, skipped = 0;
-    for (const Drop& drop : drop_field(scene, top_of(scene), 10, 1.25)) {
+    for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
       const auto placed = place_streak(scene, drop, geometry_of(atlas));
       if (!placed || next == records.streaks.size()) continue;
       // Both lists are in order of id; a drop that the picture does not show has no record.
@@ -172,7 +171,7 @@ TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
   RainRenderer renderer(scene, shared_atlas());
   // A drop counts when its path's middle is in the picture.
   std::size_t inside = 0;
-  for (const Drop& drop : drop_field(scene, top_of(scene), 10, 0.5)) {
+  for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 0.5)) {
     const auto placed = place_streak(scene, drop, geometry_of(shared_atlas()));
     if (!placed || placed->clip_row < 150) continue;
     const Eigen::Vector2d middle =
@@ -183,6 +182,41 @@ TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
   EXPECT_GE(found, inside);
   EXPECT_LT(found, inside * 2);
   EXPECT_GT(inside, 500u);
+}
+
+// Two sizes, one of them slanted, and a single drop.
+Scene mixed_scene() {
+  Scene scene = rainy_scene(4000);
+  scene.rain.sizes.push_back(
+      {.r0_m = 0.8e-3, .drops_per_m3 = 3, .velocity_m_s = {3, -1, -5}});
+  scene.drops = {{.centre_m = {0.8, 3, 2.5}, .r0_m = 2e-3, .oscillation = 3}};
+  return scene;
+}
+
+TEST(RainRenderer, SlantedRainOfSeveralSizesIsWhereTheDropFieldSays) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = mixed_scene();
+  scene.drops.clear();  // after a day it has fallen 700 km
+  for (const double far_m : {0.0, 1e4}) {
+    const Eigen::Vector3d to(far_m, -far_m, 0);
+    scene.camera.position_m += to;
+    scene.camera.target_m += to;
+    scene.rain.box_min_m += to;
+    scene.rain.box_max_m += to;
+    RainRenderer renderer(scene, shared_atlas(), no_selection);
+    const RainSpace space = make_rain_space(scene);
+    for (const double time_s : {0.3, 86400.25}) {
+      const auto drops = drop_field(scene, space, 10, time_s);
+      const std::vector<float> centres = renderer.drop_centres_m(time_s);
+      ASSERT_EQ(centres.size(), 3 * drops.size());
+      double worst_m = 0;
+      for (std::size_t i = 0; i < centres.size(); ++i)
+        worst_m = std::max(worst_m, std::abs(static_cast<double>(centres[i]) -
+                                             drops[i / 3].centre_m[static_cast<int>(i % 3)]));
+      // 5e-6 m as above, and what the world's coordinate loses in float: 2^-25 of 10 km.
+      EXPECT_LT(worst_m, far_m > 0 ? 6e-4 : 5e-6) << far_m << " m, " << time_s << " s";
+    }
+  }
 }
 
 std::string frame_bytes(const Frame& frame) {
@@ -216,6 +250,26 @@ TEST(RainRenderer, AFrameHasTheSameBytesForEveryRunAndNumberOfThreads) {
   ASSERT_FALSE(frames[0].empty());
   EXPECT_EQ(sha256(frames[0]), sha256(frames[1]));
   EXPECT_EQ(sha256(frames[1]), sha256(frames[2]));
+}
+
+TEST(RainRenderer, EverySchemeOfPacketsGivesTheSameBytes) {
+  PLUVIA_NEEDS_OPENGL();
+  std::string first;
+  long world_drops = 0;
+  for (const PacketScheme scheme : {PacketScheme::world, PacketScheme::tree, PacketScheme::grid}) {
+    for (const auto selection : {PacketSelection::rectangle, PacketSelection::hull}) {
+      RainRenderer renderer(mixed_scene(), shared_atlas(),
+                            {.packets = {scheme, selection, 64}});
+      const Frame frame = renderer.render(0.5);
+      if (first.empty()) first = frame_bytes(frame);
+      EXPECT_TRUE(first == frame_bytes(frame)) << packet_scheme_name(scheme);
+      if (scheme == PacketScheme::world) {
+        world_drops = frame.packets.drops_looked_at;
+      } else {
+        EXPECT_LT(frame.packets.drops_looked_at, world_drops) << packet_scheme_name(scheme);
+      }
+    }
+  }
 }
 
 }  // namespace

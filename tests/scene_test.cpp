@@ -6,6 +6,7 @@
 #include <tiny_gltf.h>
 #include <Eigen/Geometry>
 
+#include "oscillation/fall_speed.h"
 #include "tests/scene_files.h"
 
 namespace pluvia {
@@ -115,9 +116,10 @@ TEST(Scene, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(scene.environment.map_file,
             (std::filesystem::path(file).parent_path() / "night.exr").string());
   EXPECT_EQ(scene.environment.scale_cd_m2, 0.5);
-  EXPECT_EQ(scene.rain.drops_per_m3, 2);
-  EXPECT_EQ(scene.rain.mean_radius_m, 1e-3);
-  EXPECT_EQ(scene.rain.fall_speed_m_s, 6);
+  ASSERT_EQ(scene.rain.sizes.size(), 1u);
+  EXPECT_EQ(scene.rain.sizes[0].drops_per_m3, 2);
+  EXPECT_EQ(scene.rain.sizes[0].r0_m, 1e-3);
+  EXPECT_EQ(scene.rain.sizes[0].velocity_m_s, Eigen::Vector3d(0, 0, -6));
   EXPECT_EQ(scene.rain.box_min_m, Eigen::Vector3d(-1, -2, -3));
   EXPECT_EQ(scene.rain.box_max_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(scene.rain.seed, 77u);
@@ -138,13 +140,52 @@ TEST(Scene, AnythingOutOfRangeIsRefusedWithItsPlace) {
             "11:1: environment has map and uniform_cd_m2; expected one of them");
   EXPECT_EQ(refusal_of(camera + "[environment]\nscale_cd_m2 = 2\n"),
             "10:1: environment.scale_cd_m2 without a map; expected map beside it");
-  EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 1\nbox_max_m = [10, -10, 12]\n"),
-            "11:1: rain.box_max_m[1] = -10; expected 0.001 m or more above box_min_m[1] = -10");
-  EXPECT_EQ(
-      refusal_of(camera + "[rain]\ndrops_per_m3 = 1100\n"),
-      "10:1: rain.drops_per_m3 = 1100 gives 5280000 drops in the box; expected at most 5000000");
+  EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 1\nbox_min_m = [-10, -10, 0]\n"
+                                "box_max_m = [10, -10, 12]\n"),
+            "12:1: rain.box_max_m[1] = -10; expected 0.001 m or more above box_min_m[1] = -10");
+  EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 1\nrate_mm_h = 4\n"),
+            "9:1: rain has 2 of drops_per_m3, drops_per_m2_s and rate_mm_h; expected one of them");
+  EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 301\n"),
+            "10:1: rain.rate_mm_h = 301; expected 0 <= rate_mm_h <= 300 mm/h");
+  EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 0.001\n"),
+            "10:1: rain.rate_mm_h = 0.001; expected 0 or 0.01 .. 300 mm/h");
+  EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 4\ndistribution = \"mp\"\n"),
+            "11:1: rain.distribution = \"mp\"; expected \"marshall-palmer\" or \"willis\"");
+  EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 4\nmean_radius_m = 1e-3\n")
+                .find("11:1: unknown key \"mean_radius_m\" in [rain]; "),
+            0u);
+  EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 4\nfall_direction = [1, 0, 0]\n"),
+            "11:1: rain.fall_direction[2] = 0; expected less than 0");
+  EXPECT_EQ(refusal_of(camera + "[wind]\nvelocity_m_s = [0, 0, 9]\n[rain]\ndrops_per_m3 = 1\n"),
+            "11:1: rain: drops of 3.2 mm move at (0, 0, 0.7449) m/s; expected a fall of 0.01 m/s or "
+            "more, at most 200 m/s in all");
+  EXPECT_EQ(refusal_of(camera + "[wind]\n"),
+            "9:1: wind.velocity_m_s is missing; expected an array of 3 numbers");
+  EXPECT_EQ(refusal_of(camera + "[[drop]]\ncentre_m = [0, 0, 0]\nvelocity_m_s = [0, 0, 0]\n"),
+            "11:1: drop.velocity_m_s has length 0; expected 0.01 m/s or more");
+  EXPECT_EQ(refusal_of("[camera]\nposition_m = [0, 0, 0]\ntarget_m = [0, 1, 0]\nexposure_s = 0\n"),
+            "4:1: camera.exposure_s = 0; expected 0 < exposure_s <= 1 s");
   EXPECT_EQ(refusal_of(camera + "[rian]\n"), "9:2: unknown key \"rian\"; did you mean \"rain\"?");
   EXPECT_EQ(refusal_of(camera + "fps = 3\n").find("9:1: unknown key \"fps\" in [camera]; "), 0u);
+}
+
+TEST(Scene, ARateBecomesSizesThatFallByThemselvesAndDriftWithTheWind) {
+  const Scene scene = read_scene(scratch_file(
+      "s.toml", camera + "[rain]\nrate_mm_h = 12\nsizes = 3\nleast_diameter_mm = 1\n"
+                         "[wind]\nvelocity_m_s = [3, -1, 0]\n"));
+  ASSERT_EQ(scene.rain.sizes.size(), 3u);
+  for (const RainSize& size : scene.rain.sizes)
+    EXPECT_LT((size.velocity_m_s - Eigen::Vector3d(3, -1, -fall_speed_m_s(2 * size.r0_m))).norm(),
+              1e-12);
+  EXPECT_GT(scene.rain.sizes[0].r0_m, 0.5e-3);
+  const Scene flux = read_scene(
+      scratch_file("s.toml", camera + "[rain]\ndrops_per_m2_s = 40\nfall_speed_m_s = 10\n"
+                                      "fall_direction = [3, 0, -4]\n"));
+  EXPECT_LT((flux.rain.sizes[0].velocity_m_s - Eigen::Vector3d(6, 0, -8)).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(flux.rain.sizes[0].drops_per_m3, 5);
+  for (const char* dry : {"rate_mm_h = 0", "drops_per_m3 = 0", "drops_per_m2_s = 0"})
+    EXPECT_TRUE(read_scene(scratch_file("s.toml", camera + "[rain]\n" + dry + "\n"))
+                    .rain.sizes.empty());
 }
 
 TEST(Scene, ACamerasAxesAreRightHandedInEveryDirection) {

@@ -258,5 +258,65 @@ TEST(StreakPlacement, ACellsRowsStretchOverThePathAndKeepTheirEnds) {
   }
 }
 
+TEST(StreakPlacement, ALongExposureIsSeveralPicturesEndToEnd) {
+  Scene scene = looking({0, 1, 0});
+  scene.camera.exposure_s = 2.5 / 60;
+  const Drop drop = drop_at({0.2, 3, 2});
+  ASSERT_EQ(segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count, 3);
+  double shares = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto placed = place_streak(scene, drop, geometry, k);
+    ASSERT_TRUE(placed);
+    const Eigen::Vector3d start = drop.centre_m + k / 60.0 * drop.velocity_m_s;
+    EXPECT_LT((on_screen(*placed, 8, 15) - seen_at(scene, start)).norm(), 1e-8) << k;
+    EXPECT_NEAR(placed->time_share, 1 / 2.5, 1e-12);
+    if (k < 2)
+      EXPECT_EQ(placed->clip_row, HUGE_VAL) << k;
+    else
+      EXPECT_NEAR(placed->clip_row, 15 + placed->path_rows / 2, 1e-9);
+    shares += placed->time_share * (k < 2 ? 1 : 0.5);
+  }
+  EXPECT_NEAR(shares, 1, 1e-12);
+}
+
+TEST(StreakPlacement, AnotherSizeIsThePictureScaledAndItsTimeToThePowerThreeHalves) {
+  const Scene scene = looking({0, 1, 0});
+  Drop drop = drop_at({0.2, 3, 2});
+  const auto traced = place_streak(scene, drop, geometry);
+  drop.r0_m /= 4;  // an oscillation lasts an eighth
+  EXPECT_EQ(segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count, 8);
+  const auto small = place_streak(scene, drop, geometry, 0);
+  EXPECT_NEAR(small->column_px.norm() / traced->column_px.norm(), 0.25, 1e-3);
+  // Its middle is higher, so it is seen a little more from below: 0.3 %.
+  EXPECT_NEAR(small->path_rows, traced->path_rows / 8 * 4, 1);
+  EXPECT_NEAR(small->time_share, 0.125, 1e-12);
+  drop.r0_m = 4 * 1.6e-3;  // and eight times as long
+  const SegmentTimes times = segment_times(scene.camera.exposure_s, drop.r0_m, geometry);
+  EXPECT_EQ(times.count, 1);
+  EXPECT_NEAR(times.each_s, 8.0 / 60, 1e-12);
+  const auto large = place_streak(scene, drop, geometry, 0);
+  EXPECT_NEAR(large->clip_row, 15 + large->path_rows / 8, 1e-9);
+  EXPECT_NEAR(large->time_share, 8, 1e-12);
+}
+
+TEST(StreakPlacement, SegmentsAreBounded) {
+  const SegmentTimes times = segment_times(1, 5e-5, geometry);
+  EXPECT_EQ(times.count, most_segments);
+  EXPECT_NEAR(times.each_s * most_segments, 1, 1e-12);
+  EXPECT_EQ(segment_times(1e-6, 1.6e-3, geometry).count, 1);
+  EXPECT_EQ(segment_times(1.0 / 60 * (1 + 1e-7), 1.6e-3, geometry).count, 1);
+}
+
+TEST(StreakPlacement, AHitCutsTheSegmentInWhichItHappensAndDropsThoseBehind) {
+  Scene scene = looking({0, 1, 0});
+  scene.camera.exposure_s = 3.0 / 60;
+  Drop drop = drop_at({0.2, 3, 2});
+  drop.hit_time_s = 1.25 / 60;
+  EXPECT_EQ(place_streak(scene, drop, geometry, 0)->clip_row, HUGE_VAL);
+  const auto second = place_streak(scene, drop, geometry, 1);
+  EXPECT_NEAR(second->clip_row, 15 + second->path_rows / 4, 1e-9);
+  EXPECT_FALSE(place_streak(scene, drop, geometry, 2));
+}
+
 }  // namespace
 }  // namespace pluvia

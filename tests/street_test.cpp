@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "raytrace/drop_field.h"
 #include "raytrace/scene.h"
 #include "raytrace/streak_placement.h"
 #include "tests/scene_files.h"
@@ -54,13 +55,12 @@ TEST(Street, SurfacesReflectBetweenFiveHundredthsAndAHalf) {
 
 TEST(Street, TheCloseSceneShowsWideStreaks) {
   const Scene scene = read_scene(scenes + "close.toml");
-  const TopHeight top = top_height(scene.mesh, scene.rain, 0.1);
   const StreakGeometry geometry = {.pixel_m = 2.85e-4,
                                    .cell_width_px = 16,
                                    .exposure_s = scene.camera.exposure_s,
                                    .path_top_row = 15};
   long seen = 0, wide = 0;
-  for (const Drop& drop : drop_field(scene, top, 10, 0)) {
+  for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 0)) {
     const auto placed = place_streak(scene, drop, geometry);
     if (!placed) continue;
     const Eigen::Vector2d middle =

@@ -1,5 +1,6 @@
 #include "raytrace/top_height.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -18,28 +19,21 @@ void add_triangle(Mesh& mesh, const Eigen::Vector3f& a, const Eigen::Vector3f& b
   }
 }
 
-Rain box(double min_x, double min_y, double max_x, double max_y) {
-  Rain rain;
-  rain.box_min_m = {min_x, min_y, 0};
-  rain.box_max_m = {max_x, max_y, 10};
-  return rain;
-}
-
 double centre(double low, int i, double texel_m) {
   return low + (i + 0.5) * texel_m;
 }
 
-TEST(TopHeight, ASlopeIsExactAtEveryTexelCentre) {
+TEST(TopHeight, ASlopeIsExactEverywhere) {
   // z = 0.5 x - 0.25 y + 2 over the whole box; float rounding of the height is 1e-7 of it.
   const auto at = [](float x, float y) { return Eigen::Vector3f(x, y, 0.5f * x - 0.25f * y + 2); };
   Mesh mesh;
   add_triangle(mesh, at(-20, -20), at(20, -20), at(0, 40));
-  const TopHeight top = top_height(mesh, box(-3, -2, 3, 2), 0.1);
+  const TopHeight top = top_height(mesh, FallFrame{}, {-3, -2, 3, 2}, 0.1);
   EXPECT_EQ(top.width, 60);
   EXPECT_EQ(top.height, 40);
   for (int j = 0; j < top.height; ++j)
     for (int i = 0; i < top.width; ++i) {
-      const double x = centre(-3, i, 0.1), y = centre(-2, j, 0.1);
+      const double x = centre(-3, i, 0.1) + 0.04, y = centre(-2, j, 0.1) - 0.03;
       ASSERT_NEAR(height_at(top, x, y), 0.5 * x - 0.25 * y + 2, 1e-6) << x << ", " << y;
     }
 }
@@ -51,8 +45,8 @@ TEST(TopHeight, TheHighestOfStackedSurfacesWinsInAnyOrder) {
       const float z = (i == 0) == roof_first ? 4.0f : 1.0f;
       add_triangle(mesh, {-9, -9, z}, {9, -9, z}, {0, 30, z});
     }
-    const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.5);
-    for (float z : top.z_m) EXPECT_EQ(z, 4.0f) << roof_first;
+    const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.5);
+    for (const TopTexel& texel : top.texels) EXPECT_EQ(texel.z_m, 4.0f) << roof_first;
   }
 }
 
@@ -74,8 +68,8 @@ TEST(TopHeight, NeighboursLeaveNoGapAlongAnyEdge) {
       };
       add_triangle(mesh, hub, rim(i), rim(i + 1));
     }
-    const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.125);
-    for (float z : top.z_m) ASSERT_NEAR(z, 1.0f, 1e-6f) << "trial " << trial;
+    const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.125);
+    for (const TopTexel& texel : top.texels) ASSERT_NEAR(texel.z_m, 1.0f, 1e-6f) << "trial " << trial;
   }
 }
 
@@ -84,8 +78,8 @@ TEST(TopHeight, AThinWallAndAFlatTriangleHaveNoTop) {
   add_triangle(mesh, {0, -5, 0}, {0, 5, 0}, {0, 0, 9});       // vertical
   add_triangle(mesh, {-5, 0, 3}, {0, 0, 3}, {5, 0, 3});       // no area
   add_triangle(mesh, {50, 50, 3}, {60, 50, 3}, {50, 60, 3});  // outside the box
-  const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.1);
-  for (float z : top.z_m) EXPECT_EQ(z, -1e30f);
+  const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.1);
+  for (const TopTexel& texel : top.texels) EXPECT_EQ(texel.z_m, -1e30f);
 }
 
 TEST(TopHeight, ATriangleSmallerThanATexelCountsOnlyAtTheCentre) {
@@ -93,13 +87,13 @@ TEST(TopHeight, ATriangleSmallerThanATexelCountsOnlyAtTheCentre) {
   add_triangle(mesh, {0.24f, 0.24f, 2}, {0.26f, 0.24f, 2},
                {0.25f, 0.27f, 2});  // round (0.25, 0.25)
   add_triangle(mesh, {0.70f, 0.70f, 5}, {0.72f, 0.70f, 5}, {0.70f, 0.72f, 5});  // beside a centre
-  const TopHeight top = top_height(mesh, box(0, 0, 1, 1), 0.5);
+  const TopHeight top = top_height(mesh, FallFrame{}, {0, 0, 1, 1}, 0.5);
   EXPECT_EQ(height_at(top, 0.1, 0.4), 2);
   EXPECT_LT(height_at(top, 0.7, 0.7), -1e29);
 }
 
 TEST(TopHeight, NothingIsThereOutsideTheGridOrWithoutSurfaces) {
-  const TopHeight top = top_height({}, box(-1, -1, 1, 1), 0.3);
+  const TopHeight top = top_height({}, FallFrame{}, {-1, -1, 1, 1}, 0.3);
   EXPECT_EQ(top.width, 7);  // ceil(2 / 0.3): the grid covers the box
   EXPECT_LT(height_at(top, 0, 0), -1e29);
   for (double x : {-1.001, 1.101, 1e300, std::nan("")}) EXPECT_LT(height_at(top, x, 0), -1e29);
@@ -108,7 +102,7 @@ TEST(TopHeight, NothingIsThereOutsideTheGridOrWithoutSurfaces) {
 TEST(TopHeight, BesideTheGridThereIsNoSurfaceEvenWhereTheMeshGoesOn) {
   Mesh mesh;
   add_triangle(mesh, {-9, -9, 3}, {9, -9, 3}, {0, 30, 3});
-  const TopHeight top = top_height(mesh, box(-1, -1, 1, 1), 0.5);
+  const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.5);
   for (double off : {-1.01, -1.4, 1.01, 1.4}) {
     EXPECT_LT(height_at(top, off, 0), -1e29) << off;
     EXPECT_LT(height_at(top, 0, off), -1e29) << off;
@@ -116,9 +110,40 @@ TEST(TopHeight, BesideTheGridThereIsNoSurfaceEvenWhereTheMeshGoesOn) {
   EXPECT_EQ(height_at(top, -1, -1), 3);
 }
 
+TEST(TopHeight, AnAlmostUprightSurfaceIsNotCarriedBeyondItsCentre) {
+  Mesh mesh;
+  add_triangle(mesh, {0, -5, 0}, {0, 5, 0}, {0.2f, 0, 9});  // 45 in 1
+  const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.1);
+  for (double x = -1; x < 1; x += 0.013) EXPECT_LE(height_at(top, x, 0), 9);
+}
+
+TEST(TopHeight, AnEmptyRectangleHasNoTexels) {
+  for (const PlaneRect& rect : {PlaneRect{1, 0, 1, 2}, PlaneRect{1e300, 1e300, -1e300, -1e300}})
+    EXPECT_TRUE(top_height({}, FallFrame{}, rect, 0.1).texels.empty());
+}
+
+TEST(TopHeight, SeenAlongASlantedFallASlopeIsWhereItsPointsAreThrown) {
+  // The height along the fall's axis over (x, y) of its frame, for z = 0.5 x - 0.25 y + 2 in the
+  // world: solved for the point of that plane.
+  const FallFrame frame = fall_frame({5, -2, -7});
+  const auto at = [](float x, float y) { return Eigen::Vector3f(x, y, 0.5f * x - 0.25f * y + 2); };
+  Mesh mesh;
+  add_triangle(mesh, at(-40, -40), at(40, -40), at(0, 80));
+  const TopHeight top = top_height(mesh, frame, {-3, -2, 3, 2}, 0.1);
+  const Eigen::Vector3d normal(0.5, -0.25, -1);
+  for (int j = 0; j < top.height; ++j)
+    for (int i = 0; i < top.width; ++i) {
+      const double x = centre(-3, i, 0.1), y = centre(-2, j, 0.1);
+      const double z = (-2 - normal.dot(x * frame.x + y * frame.y)) / normal.dot(frame.z);
+      ASSERT_NEAR(height_at(top, x, y), z, 3e-6) << x << ", " << y;
+    }
+  const auto lower = [](const TopTexel& a, const TopTexel& b) { return a.z_m < b.z_m; };
+  EXPECT_EQ(top.lowest_m, std::min_element(top.texels.begin(), top.texels.end(), lower)->z_m);
+}
+
 TEST(TopHeight, AGridThatFillsTheMemoryIsRefused) {
   const std::string message =
-      message_of([] { top_height({}, box(-1000, -1000, 1000, 1000), 0.01); });
+      message_of([] { top_height({}, FallFrame{}, {-1000, -1000, 1000, 1000}, 0.01); });
   EXPECT_NE(message.find("200000 x 200000 texels"), std::string::npos) << message;
 }
 

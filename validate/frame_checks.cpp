@@ -46,8 +46,8 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
   report.timings_s.emplace_back("real-time frame: composite", frame.timing.composite_s);
 
   const auto start = std::chrono::steady_clock::now();
-  const TopHeight top = top_height(scene.mesh, scene.rain, 0.1);
-  const auto drops = drop_field(scene, top, static_cast<int>(atlas.layers.size()), time_s);
+  const auto drops = drop_field(scene, make_rain_space(scene),
+                                static_cast<int>(atlas.layers.size()), time_s);
   const FrameComposite truth = composite_frame(
       scene, atlas, drops, environment_radiance_cd_m2(scene), frame.background, frame.depth_m);
   report.timings_s.emplace_back(
@@ -58,11 +58,11 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
   Check check = deviation(
       "frame.composite", relative_rmse(ours, truth.rain), 0, 0.02, "relative RMSE",
       fmt::format("Rain-only signal (frame minus the frame without rain) of {} at {:.2f} s, {} "
-                  "drops in view: the real-time renderer against exact areas of every texel over "
+                  "streaks in view: the real-time renderer against exact areas of every texel over "
                   "every pixel in double precision, drops composited in depth order, from the same "
                   "drops, database, background and depth. Both are deterministic: no uncertainty.",
                   scene_file.substr(scene_file.find_last_of('/') + 1), time_s,
-                  frame.drops_in_view));
+                  frame.streaks_in_view));
   report.checks.push_back(check);
 
   const double white = scene.camera.white_cd_m2;

@@ -79,18 +79,23 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
   const StreakGeometry geometry = {.pixel_m = atlas.pixel_m,
                                    .cell_width_px = static_cast<double>(atlas.cell_width_px),
                                    .exposure_s = atlas.exposure_s,
-                                   .path_top_row = atlas.views.at(0).path_top_row};
+                                   .path_top_row = atlas.views.at(0).path_top_row,
+                                   .mean_radius_m = atlas.mean_radius_m};
   std::vector<PlacedDrop> placed;
   for (const Drop& drop : drops) {
-    if (auto placement = place_streak(scene, drop, geometry)) {
-      placed.push_back({&drop, std::move(*placement)});
+    const int segments =
+        segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count;
+    for (int segment = 0; segment < segments; ++segment) {
+      if (auto placement = place_streak(scene, drop, geometry, segment)) {
+        placed.push_back({&drop, std::move(*placement)});
+      }
     }
   }
   std::sort(placed.begin(), placed.end(), [](const PlacedDrop& a, const PlacedDrop& b) {
     if (a.placement.depth_m != b.placement.depth_m) {
       return a.placement.depth_m > b.placement.depth_m;
     }
-    return a.drop->id < b.drop->id;
+    return a.drop->id < b.drop->id;  // segments of one drop differ in depth, or do not overlap
   });
   return placed;
 }
@@ -114,9 +119,9 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed,
   if (footprint.values.empty()) return footprint;
   for (int i = 0; i < 2; ++i) {
     if (cells.view_weight[i] == 0) continue;
+    const double weight = cells.view_weight[i] * placement.time_share;
     add_streak(placement,
-               lit_picture(atlas, *placed.drop, placement, cells.view[i], cells.view_weight[i],
-                           environment),
+               lit_picture(atlas, *placed.drop, placement, cells.view[i], weight, environment),
                footprint);
   }
   return footprint;

@@ -1,13 +1,14 @@
 #version 450 core
-// The centres of all drops from the camera, three floats each: for the test against drop_field.
-#include "rain_common.glsl"
+// Where the drops are that the rain has at shutter-open, in order of their groups: for the test
+// against drop_field. w: 1 for a drop, 0 for none and for later segments of one.
+#include "rain_drops.glsl"
+#include "rain_group.glsl"
 
 layout(local_size_x = GROUP_SIZE) in;
-layout(std430, binding = CENTRES) writeonly buffer Centres { float centres_m[]; };
+layout(std430, binding = CENTRES) writeonly buffer Centres { vec4 centres_m[]; };
 
 void main() {
-  uint k = gl_GlobalInvocationID.x;
-  if (k >= uint(counts.x)) return;
-  vec3 centre = drop_at(k).centre_m;
-  for (int i = 0; i < 3; ++i) centres_m[3u * k + uint(i)] = centre[i];
+  Drop drop;
+  bool is_there = drop_at(group_index(), gl_LocalInvocationID.x, drop) && drop.segment == 0;
+  centres_m[group_index() * GROUP_SIZE + gl_LocalInvocationID.x] = is_there ? vec4(drop.centre_m, 1) : vec4(0);
 }

@@ -1,5 +1,6 @@
 #version 450 core
-// How many drops of each group of GROUP_SIZE the picture shows.
+// How many streaks of each group of drops the picture shows.
+#include "rain_group.glsl"
 #include "rain_placement.glsl"
 #include "rain_rank.glsl"
 
@@ -7,10 +8,11 @@ layout(local_size_x = GROUP_SIZE) in;
 layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group_counts[]; };
 
 void main() {
-  uint k = gl_GlobalInvocationID.x;
+  Drop drop;
   Placement placed;
-  bool visible = k < uint(counts.x) && place_streak(drop_at(k), placed) && in_picture(placed);
+  bool visible = drop_at(group_index(), gl_LocalInvocationID.x, drop) &&
+                 place_streak(drop, placed) && in_picture(placed);
   uint total;
   rank_in_group(visible, total);
-  if (gl_LocalInvocationID.x == 0u) group_counts[gl_WorkGroupID.x] = total;
+  if (gl_LocalInvocationID.x == 0u && group_index() < uint(sizes.x)) group_counts[group_index()] = total;
 }

@@ -1,5 +1,6 @@
 #version 450 core
-// One record per visible drop, in order of id, and one per drop and light.
+// One record per visible streak, in order of the groups, and one per streak and light.
+#include "rain_group.glsl"
 #include "rain_placement.glsl"
 #include "rain_rank.glsl"
 #include "rain_streaks.glsl"
@@ -44,18 +45,18 @@ bool flips_views_below() {
 
 // atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's; where a view from below
 // is served by one from above, the light's elevation turns over.
-LitStreak lit_streak(Light light, Placement placed, int layer) {
+LitStreak lit_streak(Light light, Placement placed, int layer, float radius_m) {
   vec3 to_light = light.position_m.xyz - placed.middle_m;
   float distance_m = length(to_light);
-  if (!(distance_m > velocity_m_s.w)) atomicOr(light_inside_drop, 1u);
-  vec3 direction = to_light / max(distance_m, velocity_m_s.w);
+  if (!(distance_m > radius_m)) atomicOr(light_inside_drop, 1u);
+  vec3 direction = to_light / max(distance_m, radius_m);
   DropFrame frame = placed.frame;
   vec3 folded = vec3(dot(direction, frame.x), dot(direction, frame.y), dot(direction, frame.z));
   if (flips_views_below() && frame.sin_view < 0.0) folded.z = -folded.z;
   bool mirrored = folded.y < 0.0;
   folded.y = abs(folded.y);
   uint set = uint(mirrored ? mirrored_layer[layer] : layer);
-  vec3 lux = light.intensity_cd.rgb / max(distance_m * distance_m, velocity_m_s.w * velocity_m_s.w);
+  vec3 lux = light.intensity_cd.rgb / max(distance_m * distance_m, radius_m * radius_m);
   return LitStreak(lux.r, lux.g, lux.b,
                    set << 16 | nearest_light(folded) << 1 | (mirrored ? 1u : 0u));
 }
@@ -92,21 +93,20 @@ void write_streak(uint place, Drop drop, Placement placed) {
   streak.layer = drop.layer;
   float view_deg = streak.view_elevation_deg;
   choose_views(flips_views_below() ? abs(view_deg) : view_deg, streak.view, streak.view_weight);
+  // What the picture's values count is part of their weight.
+  streak.view_weight *= rain_sizes[drop.size].times.z;
   streaks[place] = streak;
+  float radius_m = rain_sizes[drop.size].velocity_m_s.w;
   for (uint i = 0u; i < uint(counts.y); ++i)
-    lit_streaks[place * uint(counts.y) + i] = lit_streak(lights[i], placed, drop.layer);
+    lit_streaks[place * uint(counts.y) + i] = lit_streak(lights[i], placed, drop.layer, radius_m);
 }
 
 void main() {
-  uint k = gl_GlobalInvocationID.x;
   Drop drop;
   Placement placed;
-  bool visible = false;
-  if (k < uint(counts.x)) {
-    drop = drop_at(k);
-    visible = place_streak(drop, placed) && in_picture(placed);
-  }
+  bool visible = drop_at(group_index(), gl_LocalInvocationID.x, drop) &&
+                 place_streak(drop, placed) && in_picture(placed);
   uint total;
   uint rank = rank_in_group(visible, total);
-  if (visible) write_streak(group_starts[gl_WorkGroupID.x] + rank, drop, placed);
+  if (visible) write_streak(group_starts[group_index()] + rank, drop, placed);
 }

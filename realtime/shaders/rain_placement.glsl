@@ -1,5 +1,5 @@
 // Where a drop's streak lies in the picture: the formulas of raytrace/streak_placement.h, in float.
-#include "rain_common.glsl"
+#include "rain_drops.glsl"
 
 const float nearest_depth_m = 0.1;
 const float never = 1e30;  // a row or a time that is not reached
@@ -37,9 +37,9 @@ vec2 projected_derivative(vec3 p, vec3 w) {
 
 vec3 across(vec3 v, vec3 z) { return v - dot(v, z) * z; }
 
-DropFrame drop_frame(vec3 toward_camera) {
+DropFrame drop_frame(vec3 toward_camera, vec3 against_fall) {
   DropFrame frame;
-  frame.z = -normalize(velocity_m_s.xyz);
+  frame.z = against_fall;
   frame.sin_view = dot(toward_camera, frame.z);
   vec3 x = across(toward_camera, frame.z);
   frame.cos_view = length(x);
@@ -53,26 +53,30 @@ DropFrame drop_frame(vec3 toward_camera) {
   return frame;
 }
 
-// False for a drop that has hit the ground before, or is too near to the camera's plane.
+// False for a segment before which the drop has hit the ground, and too near to the camera's plane.
 bool place_streak(Drop drop, out Placement placed) {
-  float exposure_s = box_size_m.w, pixel_m = box_corner_m.w;
-  vec3 path = velocity_m_s.xyz * exposure_s;
-  vec3 p0 = in_camera(drop.centre_m), step = in_camera(path);
-  if (!(drop.hit_time_s > 0.0) || p0.z < nearest_depth_m || p0.z + step.z < nearest_depth_m)
+  RainSize size = rain_sizes[drop.size];
+  float each_s = size.times.x, pixel_m = size.axis_z.w;
+  float start_s = float(drop.segment) * each_s;
+  float hit_time_s = drop.hit_time_s - start_s;
+  vec3 path = size.velocity_m_s.xyz * each_s;
+  vec3 start_m = drop.centre_m + start_s * size.velocity_m_s.xyz;
+  vec3 p0 = in_camera(start_m), step = in_camera(path);
+  if (!(hit_time_s > 0.0) || p0.z < nearest_depth_m || p0.z + step.z < nearest_depth_m)
     return false;
   vec3 m = p0 + 0.5 * step;
-  placed.middle_m = drop.centre_m + 0.5 * path;
-  DropFrame frame = drop_frame(-normalize(placed.middle_m));
+  placed.middle_m = start_m + 0.5 * path;
+  DropFrame frame = drop_frame(-normalize(placed.middle_m), size.axis_z.xyz);
   vec3 up = frame.cos_view * frame.z - frame.sin_view * frame.x;
   placed.frame = frame;
-  placed.path_rows = length(path) * frame.cos_view / pixel_m;
+  placed.path_rows = max(length(path) * frame.cos_view / pixel_m, 0.01);
   placed.row_px = placed.path_rows >= 1.0 ? projected_step(p0, step) / placed.path_rows
                                           : projected_derivative(m, in_camera(-pixel_m * up));
   placed.column_px = projected_derivative(m, in_camera(pixel_m * frame.y));
   placed.origin_px = project(p0) - cell.x * placed.row_px - 0.5 * cell.y * placed.column_px;
-  placed.clip_row = drop.hit_time_s < exposure_s
-                        ? cell.x + placed.path_rows * (drop.hit_time_s / exposure_s)
-                        : never;
+  float left_s = size.times.y - start_s;
+  float end_s = left_s < each_s * (1.0 - 1e-6) ? min(left_s, hit_time_s) : hit_time_s;
+  placed.clip_row = end_s < each_s ? cell.x + placed.path_rows * (end_s / each_s) : never;
   placed.depth_m = m.z;
   return true;
 }

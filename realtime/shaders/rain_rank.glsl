@@ -1,4 +1,4 @@
-// The rank of a visible drop among the visible ones of its group, by order of id. Not an atomic
+// The rank of a visible streak among the visible ones of its group, in order. Not an atomic
 // append: its order would differ from run to run, and with it the rounding of sums.
 shared uint visible_bits[GROUP_SIZE / 32];
 

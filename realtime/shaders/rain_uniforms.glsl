@@ -1,17 +1,26 @@
-// What every rain shader knows; mirrors RainUniforms of realtime/rain_pass.h. Positions are
-// relative to the camera: a float then errs by 2^-24 of the distance to the drop, not to the origin
-// of the world.
+// What every rain shader knows; mirrors RainUniforms and GpuRainSize of realtime/rain_inputs.h.
+// Positions are relative to the camera: a float then errs by 2^-24 of the distance to the drop, not
+// to the origin of the world.
 layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 camera_right;    // w: focal length in px
   vec4 camera_up;       // w: picture width in px
   vec4 camera_forward;  // w: picture height in px
-  vec4 box_corner_m;    // x_min, y_min, z_max of the rain; w: pixel of the streak pictures
-  vec4 box_size_m;      // w: exposure in s
-  vec4 velocity_m_s;    // of all drops; w: mean radius in m
-  vec4 top_grid_m;      // corner of the top height grid (x, y), its texel, its default height
-  vec4 cell;            // path_top_row; cell width; widest texel in px; rows below the path
-  vec4 environment;     // radiance in cd/m^2
-  uvec4 fall;           // phase, round (FallState); phase, place (RainSeeds)
-  ivec4 counts;         // drops, lights of the scene, lights of the atlas, views
-  ivec4 sizes;          // layers, finest level, coarsest level, streaks drawn
+  vec4 box_min_m;       // drops are drawn whose centre is inside
+  vec4 box_max_m;
+  vec4 cell;         // of the atlas: path_top_row; cell width; widest texel in px; rows below the path
+  vec4 environment;  // radiance in cd/m^2; w: 0 for none
+  ivec4 counts;      // oscillation sets, lights of the scene, lights of the atlas, views
+  ivec4 sizes;       // groups of drops, finest level, coarsest level, streaks drawn
 };
+
+struct RainSize {     // drops of one size and velocity
+  vec4 axis_x;        // of the fall's frame, in the world; w: cell size in m
+  vec4 axis_y;        // w: local height in m
+  vec4 axis_z;        // w: pixel of the streak pictures in m
+  vec4 velocity_m_s;  // w: radius in m
+  vec4 times;         // of a segment, of the exposure (s); their ratio; speed in m/s
+  vec4 top_grid;      // corner of the top heights in x and y, texel; what lies outside the grid
+  ivec4 top_layout;   // first height, texels along x, along y
+  uvec4 run;          // phase, round, segments
+};
+layout(std430, binding = RAIN_SIZES) readonly buffer RainSizes { RainSize rain_sizes[]; };
