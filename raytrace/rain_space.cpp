@@ -54,24 +54,24 @@ double slab_floor_m(double camera_m, double height_m, const Extent& box) {
   return std::clamp(camera_m - height_m / 2, box.low_m, std::max(box.low_m, box.high_m - height_m));
 }
 
-struct ViewRays {  // of scene.camera, with the stretches that lie in the rain's box
+struct ViewRays {  // of a camera, with the stretches that lie in the rain's box
+  Eigen::Vector3d camera_m = {0, 0, 0};
   std::vector<Eigen::Vector3d> directions = {};
   std::vector<Stretch> rain = {};
 };
 
-ViewRays view_rays(const Scene& scene) {
+ViewRays view_rays(const Camera& camera, const Rain& rain) {
   constexpr int columns = 32, rows = 18;
-  const CameraFrame frame = camera_frame(scene.camera);
-  ViewRays rays;
+  const CameraFrame frame = camera_frame(camera);
+  ViewRays rays = {.camera_m = camera.position_m};
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
-      const double x = ((i + 0.5) / columns - 0.5) * scene.camera.width_px / frame.focal_px;
-      const double y = (0.5 - (j + 0.5) / rows) * scene.camera.height_px / frame.focal_px;
+      const double x = ((i + 0.5) / columns - 0.5) * camera.width_px / frame.focal_px;
+      const double y = (0.5 - (j + 0.5) / rows) * camera.height_px / frame.focal_px;
       const Eigen::Vector3d d = (frame.forward + x * frame.right + y * frame.up).normalized();
       Stretch stretch;
       for (int axis = 0; axis < 3; ++axis)
-        clip(scene.camera.position_m[axis], d[axis], scene.rain.box_min_m[axis],
-             scene.rain.box_max_m[axis], stretch);
+        clip(camera.position_m[axis], d[axis], rain.box_min_m[axis], rain.box_max_m[axis], stretch);
       if (!(stretch.from < stretch.to)) continue;
       rays.directions.push_back(d);
       rays.rain.push_back(stretch);
@@ -86,15 +86,15 @@ double seen(const Stretch& stretch, double sigma) {
   return std::exp(-sigma * stretch.from) * -std::expm1(-sigma * (stretch.to - stretch.from));
 }
 
-struct LossModel {  // of one direction of fall
-  const Scene& scene;
+struct LossModel {  // of one camera and one direction of fall
   const ViewRays& rays;
+  const Rain& rain;
   FallFrame frame;
   double sigma = 0;
 
   double share(double radius_m, double height_m) const {
-    const double camera_z = scene.camera.position_m.dot(frame.z);
-    const double floor = slab_floor_m(camera_z, height_m, box_along(scene.rain, frame.z));
+    const double camera_z = rays.camera_m.dot(frame.z);
+    const double floor = slab_floor_m(camera_z, height_m, box_along(rain, frame.z));
     double kept = 0, all = 0;
     for (std::size_t i = 0; i < rays.directions.size(); ++i) {
       const Eigen::Vector3d& d = rays.directions[i];
@@ -109,12 +109,29 @@ struct LossModel {  // of one direction of fall
   }
 };
 
-std::vector<LossModel> loss_models(const Scene& scene, const ViewRays& rays) {
+std::vector<ViewRays> all_view_rays(const Scene& scene) {
+  constexpr int cameras_of_a_path = 16;
+  std::vector<ViewRays> rays;
+  for (const Camera& camera : camera_samples(scene, cameras_of_a_path))
+    rays.push_back(view_rays(camera, scene.rain));
+  return rays;
+}
+
+std::vector<LossModel> loss_models(const Rain& rain, const std::vector<ViewRays>& all_rays) {
   std::vector<LossModel> models;
   // So thin a rain that nothing is dimmed: distance alone counts, and the share has the same limit.
-  const double sigma = std::max(extinction_per_m(scene.rain), 1e-9);
-  for (const RainSize& size : scene.rain.sizes)
-    models.push_back({scene, rays, fall_frame(size.velocity_m_s), sigma});
+  const double sigma = std::max(extinction_per_m(rain), 1e-9);
+  std::vector<FallFrame> frames;  // sizes that fall alike lose alike
+  for (const RainSize& size : rain.sizes) {
+    const FallFrame frame = fall_frame(size.velocity_m_s);
+    const bool known = std::any_of(frames.begin(), frames.end(), [&](const FallFrame& other) {
+      return (other.z - frame.z).norm() < 1e-12;
+    });
+    if (!known) frames.push_back(frame);
+  }
+  for (const ViewRays& rays : all_rays) {
+    for (const FallFrame& frame : frames) models.push_back({rays, rain, frame, sigma});
+  }
   return models;
 }
 
@@ -279,15 +296,15 @@ std::array<std::uint32_t, 3> rain_hash(std::uint32_t a, std::uint32_t b, std::ui
 }
 
 double lost_share(const Scene& scene, double culling_radius_m, double local_height_m) {
-  const ViewRays rays = view_rays(scene);
-  return greatest_share(loss_models(scene, rays), culling_radius_m, local_height_m);
+  const std::vector<ViewRays> rays = all_view_rays(scene);
+  return greatest_share(loss_models(scene.rain, rays), culling_radius_m, local_height_m);
 }
 
 RainSpace make_rain_space(const Scene& scene) {
   RainSpace space;
   if (!scene.rain.sizes.empty()) {
-    const ViewRays rays = view_rays(scene);
-    const std::vector<LossModel> models = loss_models(scene, rays);
+    const std::vector<ViewRays> rays = all_view_rays(scene);
+    const std::vector<LossModel> models = loss_models(scene.rain, rays);
     const LocalSize size = choose_size(scene.rain, models);
     space.culling_radius_m = size.radius_m;
     space.local_height_m = size.height_m;

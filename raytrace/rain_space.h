@@ -79,14 +79,14 @@ struct RainSpace {
 // extinction sigma = sum n pi r0^2 and to what is left of its light, exp(-sigma s). Of all that
 // along the picture's rays, from the camera to where they leave the rain's box, the part outside the
 // local space is lost; surfaces are ignored: they hide more of the far rain than of the near. With
-// several directions of fall the greatest share counts. Where the scene leaves both sizes open, the
+// several directions of fall, and along a camera path, the greatest share counts. Where the scene leaves both sizes open, the
 // pair of least volume with a share of at most rain.lost_share is taken.
 //
 // Throws std::runtime_error when more than most_local_drops would be needed.
 constexpr double most_local_drops = 2e7;
 RainSpace make_rain_space(const Scene& scene);
 
-// The share that a local space of these sizes loses, as above, for scene.camera.
+// The share that a local space of these sizes loses, as above.
 double lost_share(const Scene& scene, double culling_radius_m, double local_height_m);
 
 struct LocalSpace {  // of one size at one instant

@@ -20,31 +20,94 @@ namespace {
 constexpr Range place_m = {-1e6, 1e6};       // beyond it a float is coarser than 6 cm
 constexpr Range radiance_cd_m2 = {0, 1e10};  // the sun's disc has 1.6e9
 constexpr double min_box_m = 1e-3;
+constexpr double least_key_s = 1e-3;  // between keys of a path
 
 std::string absolute_beside(const std::string& file, const std::string& path) {
   return std::filesystem::absolute(path_beside(file, path)).lexically_normal().string();
 }
 
-Camera read_camera(TomlReader reader) {
+void refuse_target_at_position(const TomlReader& reader, const std::string& name,
+                               const Eigen::Vector3d& position_m, const Eigen::Vector3d& target_m) {
+  if ((target_m - position_m).norm() < 1e-6)
+    reader.refuse("target_m", fmt::format("{0}.target_m is {0}.position_m; expected another point",
+                                          name));
+}
+
+std::vector<CameraKey> read_camera_path(TomlReader& reader) {
+  std::vector<CameraKey> path;
+  for (TomlReader& table : reader.tables("key")) {
+    CameraKey key;
+    table.required("time_s", key.time_s, {0, 1e7}, "s");
+    table.required("position_m", key.position_m, place_m);
+    table.required("target_m", key.target_m, place_m);
+    table.finish();
+    const std::string name = fmt::format("camera.key[{}]", path.size());
+    refuse_target_at_position(table, name, key.position_m, key.target_m);
+    if (!path.empty() && !(key.time_s >= path.back().time_s + least_key_s))
+      table.refuse("time_s", fmt::format("{}.time_s = {}; expected {} s or more after the one before",
+                                         name, key.time_s, least_key_s));
+    path.push_back(key);
+  }
+  if (path.size() == 1)
+    reader.refuse("key", "camera has 1 key; expected 2 or more, or position_m and target_m");
+  return path;
+}
+
+Camera read_camera(TomlReader reader, std::vector<CameraKey>& path) {
   Camera camera;
-  reader.required("position_m", camera.position_m, place_m);
-  reader.required("target_m", camera.target_m, place_m);
+  path = read_camera_path(reader);
+  if (path.empty()) {
+    reader.required("position_m", camera.position_m, place_m);
+    reader.required("target_m", camera.target_m, place_m);
+    refuse_target_at_position(reader, "camera", camera.position_m, camera.target_m);
+  } else {
+    camera.position_m = path.front().position_m;
+    camera.target_m = path.front().target_m;
+  }
   reader.optional("vertical_fov_deg", camera.vertical_fov_deg, {1, 150}, "deg");
   reader.optional("width_px", camera.width_px, 1, 16384);
   reader.optional("height_px", camera.height_px, 1, 16384);
   reader.optional("exposure_s", camera.exposure_s, {0, 1, true}, "s");
   reader.optional("white_cd_m2", camera.white_cd_m2, {0, 1e10, true}, "cd/m^2");
   reader.finish();
-  if ((camera.target_m - camera.position_m).norm() < 1e-6)
-    reader.refuse("target_m", "camera.target_m is camera.position_m; expected another point");
   return camera;
 }
 
-PointLight read_light(TomlReader reader) {
-  PointLight light;
+LightKind light_kind(TomlReader& reader) {
+  std::string kind = "point";
+  reader.optional("kind", kind);
+  if (kind == "point") return LightKind::point;
+  if (kind == "spot") return LightKind::spot;
+  if (kind == "sun") return LightKind::sun;
+  reader.refuse("kind", fmt::format("light.kind = \"{}\"; expected \"point\", \"spot\" or "
+                                    "\"sun\"",
+                                    kind));
+}
+
+Light read_light(TomlReader reader) {
+  Light light;
+  light.kind = light_kind(reader);
   reader.optional("name", light.name);
-  reader.required("position_m", light.position_m, place_m);
-  reader.required("intensity_cd", light.intensity_cd, {0, 1e9});
+  reader.optional("shadow", light.shadow);
+  if (light.kind == LightKind::sun) {
+    reader.required("illuminance_lux", light.illuminance_lux, {0, 1e7});
+  } else {
+    reader.required("position_m", light.position_m, place_m);
+    reader.required("intensity_cd", light.intensity_cd, {0, 1e9});
+    reader.optional("radius_m", light.radius_m, {0, 10}, "m");
+  }
+  if (light.kind != LightKind::point) {
+    reader.required("direction", light.direction, {-1e3, 1e3});
+    if (!(light.direction.norm() > 1e-6))
+      reader.refuse("direction", "light.direction is zero; expected the way the light goes");
+    light.direction.normalize();
+  }
+  if (light.kind == LightKind::spot) {
+    reader.optional("outer_half_angle_deg", light.outer_half_angle_deg, {1, 90}, "deg");
+    light.inner_half_angle_deg = 0.8 * light.outer_half_angle_deg;
+    reader.optional("inner_half_angle_deg", light.inner_half_angle_deg,
+                    {0, light.outer_half_angle_deg}, "deg");
+  }
   reader.finish();
   return light;
 }
@@ -209,11 +272,55 @@ CameraFrame camera_frame(const Camera& camera) {
   return frame;
 }
 
+Camera camera_at(const Scene& scene, double time_s) {
+  Camera camera = scene.camera;
+  const std::vector<CameraKey>& keys = scene.camera_path;
+  if (keys.empty()) return camera;
+  const auto after = std::upper_bound(
+      keys.begin(), keys.end(), time_s,
+      [](double time, const CameraKey& key) { return time < key.time_s; });
+  const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - keys.begin() - 1, 0));
+  const bool between = after != keys.begin() && after != keys.end();
+  const auto value = [&](Eigen::Vector3d CameraKey::* member) -> Eigen::Vector3d {
+    if (!between) return keys[i].*member;
+    // The velocity at a key: from the one before to the one after; none at the ends.
+    const auto velocity = [&](std::size_t k) -> Eigen::Vector3d {
+      if (k == 0 || k + 1 == keys.size()) return {0, 0, 0};
+      return (keys[k + 1].*member - keys[k - 1].*member) /
+             (keys[k + 1].time_s - keys[k - 1].time_s);
+    };
+    const double span_s = keys[i + 1].time_s - keys[i].time_s;
+    const double u = (time_s - keys[i].time_s) / span_s;
+    const double h = u * u * (3 - 2 * u);
+    return (1 - h) * keys[i].*member + h * keys[i + 1].*member +
+           span_s * u * (1 - u) * ((1 - u) * velocity(i) - u * velocity(i + 1));
+  };
+  camera.position_m = value(&CameraKey::position_m);
+  camera.target_m = value(&CameraKey::target_m);
+  const Eigen::Vector3d ahead = camera.target_m - camera.position_m;
+  if (ahead.norm() < 1e-3) {
+    const Eigen::Vector3d way = keys[i].target_m - keys[i].position_m;
+    camera.target_m = camera.position_m + 1e-3 * way.normalized();
+  }
+  return camera;
+}
+
+std::vector<Camera> camera_samples(const Scene& scene, int count) {
+  if (scene.camera_path.empty()) return {scene.camera};
+  const double first_s = scene.camera_path.front().time_s;
+  const double last_s = scene.camera_path.back().time_s;
+  std::vector<Camera> cameras;
+  for (int i = 0; i < count; ++i)
+    cameras.push_back(
+        camera_at(scene, first_s + (last_s - first_s) * i / std::max(1, count - 1)));
+  return cameras;
+}
+
 Scene read_scene(const std::string& file) {
   const toml::table document = read_toml(file);
   TomlReader reader(document, file, "");
   Scene scene;
-  scene.camera = read_camera(reader.table("camera"));
+  scene.camera = read_camera(reader.table("camera"), scene.camera_path);
   for (TomlReader& light : reader.tables("light")) scene.lights.push_back(read_light(light));
   if (reader.has("environment")) scene.environment = read_environment(reader.table("environment"));
   Eigen::Vector3d wind_m_s(0, 0, 0);

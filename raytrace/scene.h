@@ -22,6 +22,11 @@ struct Camera {
   double white_cd_m2 = 1;  // the radiance that a PNG shows as white
 };
 
+struct CameraKey {
+  double time_s = 0;
+  Eigen::Vector3d position_m = {0, 0, 0}, target_m = {0, 1, 0};
+};
+
 // The camera's axes (unit, right-handed: right x up = -forward) and its focal length f in pixels. A
 // point at c from the camera is seen at
 //   (width / 2 + f c.right / c.forward, height / 2 - f c.up / c.forward):
@@ -37,10 +42,19 @@ struct CameraFrame {
 // south, looking up: what a camera shows that was tilted there from a view to the north.
 CameraFrame camera_frame(const Camera& camera);
 
-struct PointLight {
+enum class LightKind { point, spot, sun };
+
+struct Light {
   std::string name = {};
-  Eigen::Vector3d position_m = {0, 0, 0};
-  Eigen::Vector3d intensity_cd = {0, 0, 0};  // per Rec.709 channel
+  Eigen::Vector3d position_m = {0, 0, 0};    // of a point light or a spot
+  Eigen::Vector3d intensity_cd = {0, 0, 0};  // per Rec.709 channel; of a spot on its axis
+  LightKind kind = LightKind::point;
+  double radius_m = 0;                          // of the lamp: no drop is inside
+  Eigen::Vector3d direction = {0, 0, -1};       // the way a spot's or the sun's light goes, unit
+  double inner_half_angle_deg = 0;              // of a spot: full intensity inside
+  double outer_half_angle_deg = 45;             // and none outside
+  Eigen::Vector3d illuminance_lux = {0, 0, 0};  // of the sun, on a plane that faces it
+  bool shadow = false;                          // surfaces stop it
 };
 
 struct EnvironmentLight {     // both given: an error; neither: black
@@ -89,8 +103,9 @@ struct SingleDrop {  // falls for ever, through everything
 };
 
 struct Scene {
-  Camera camera = {};
-  std::vector<PointLight> lights = {};
+  Camera camera = {};                        // without a path, always; with one, at its first key
+  std::vector<CameraKey> camera_path = {};   // ascending times
+  std::vector<Light> lights = {};
   EnvironmentLight environment = {};
   std::string geometry_file = {};  // absolute after reading; empty: no surface
   Mesh mesh = {};
@@ -100,8 +115,12 @@ struct Scene {
 
 // The file's tables and their keys (r: required):
 //   [camera]       position_m r, target_m r, vertical_fov_deg, width_px, height_px, exposure_s,
-//                  white_cd_m2
-//   [[light]]      name, position_m r, intensity_cd r
+//                  white_cd_m2; or, instead of position_m and target_m, a path of two or more
+//                  [[camera.key]] time_s r, position_m r, target_m r, times ascending
+//   [[light]]      kind ("point", "spot" or "sun"), name, shadow;
+//                  point and spot: position_m r, intensity_cd r, radius_m;
+//                  spot: direction r, inner_half_angle_deg, outer_half_angle_deg;
+//                  sun: direction r, illuminance_lux r
 //   [environment]  map and scale_cd_m2, or uniform_cd_m2
 //   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
 //   [rain]         one of drops_per_m3, drops_per_m2_s (through a level plane), rate_mm_h;
@@ -116,5 +135,14 @@ struct Scene {
 // relative to the file; those of the result are absolute. Throws std::runtime_error with
 // FILE:LINE:COL for anything missing, unknown, out of range or not finite.
 Scene read_scene(const std::string& file);
+
+// scene.camera as its path has it at a time: cubic between the keys (Hermite with Catmull and Rom's
+// tangents for uneven times), so that it passes each key without a jump of velocity; at rest before
+// the first key and after the last. Target and position never come closer than 1 mm: the target is
+// pushed ahead where they would.
+Camera camera_at(const Scene& scene, double time_s);
+
+// Cameras along the path, evenly in time: scene.camera alone without a path.
+std::vector<Camera> camera_samples(const Scene& scene, int count);
 
 }  // namespace pluvia

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/exit_field.h"
+#include "raytrace/light.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene_subset.h"
 #include "raytrace/streak_placement.h"
@@ -47,6 +48,7 @@ double turn_rad(double reach, double distance) {
 
 struct Search {
   const Scene& scene;
+  Eigen::Vector3d camera_m = {0, 0, 0};
   std::vector<int> views = {};  // ascending
   std::vector<Eigen::Vector3d> lights = {};
   Eigen::Vector3d against_fall = {0, 0, 1};
@@ -72,7 +74,7 @@ struct Search {
 
 // The cell holds the middles of paths: an end is half a path away.
 bool Search::may_be_seen(const Cell& cell) const {
-  const Eigen::Vector3d from_camera = cell.centre - scene.camera.position_m;
+  const Eigen::Vector3d from_camera = cell.centre - camera_m;
   const auto greatest = [&](const Eigen::Vector3d& normal) {
     return normal.dot(from_camera) + normal.cwiseAbs().dot(cell.half);
   };
@@ -118,7 +120,7 @@ void Search::add_lights(const Eigen::Vector3d& direction, double spread_rad, Ask
 // largest turn of any direction there.
 Asks Search::asks_of(const Eigen::Vector3d& middle, double reach_m, double& spread_rad) const {
   Asks asks;
-  const Eigen::Vector3d to_camera = scene.camera.position_m - middle;
+  const Eigen::Vector3d to_camera = camera_m - middle;
   const Eigen::Vector3d across = to_camera - to_camera.dot(against_fall) * against_fall;
   const double view_turn = turn_rad(reach_m, to_camera.norm());
   const double azimuth_turn = turn_rad(reach_m, across.norm());
@@ -130,11 +132,11 @@ Asks Search::asks_of(const Eigen::Vector3d& middle, double reach_m, double& spre
       across.norm() > 0 ? Eigen::Vector3d(across.normalized()) : against_fall.unitOrthogonal();
   const Eigen::Vector3d y = against_fall.cross(x);
   const bool flips = views.front() >= 0;
-  for (const PointLight& light : scene.lights) {
-    const Eigen::Vector3d to_light = light.position_m - middle;
-    const double turn = std::min(pi, turn_rad(reach_m, to_light.norm()) + azimuth_turn);
+  for (const Light& light : scene.lights) {
+    const Illumination lit = illumination(light, middle);
+    const double turn = std::min(pi, turn_rad(reach_m, lit.distance_m) + azimuth_turn);
     spread_rad = std::max(spread_rad, turn);
-    const Eigen::Vector3d d = to_light.norm() > 0 ? Eigen::Vector3d(to_light.normalized()) : x;
+    const Eigen::Vector3d& d = lit.toward;
     const Eigen::Vector3d seen(d.dot(x), d.dot(y), d.dot(against_fall));
     if (!flips || view_rad + view_turn >= 0) add_lights(seen, turn, asks);
     if (flips && view_rad - view_turn < 0) {
@@ -198,15 +200,14 @@ struct Drops {
 };
 
 // The rain's local space, or rather the box around it, and the single drops during a day.
-std::vector<Drops> all_drops(const Scene& scene) {
+std::vector<Drops> all_drops(const Scene& scene, const RainSpace& space,
+                             const Eigen::Vector3d& camera_m) {
   std::vector<Drops> drops;
-  const RainSpace space = make_rain_space(scene);
   for (const RainSizeSpace& size : space.sizes) {
     if (size.cell_m == 0) continue;
     const double reach_m =
         std::hypot(space.culling_radius_m + 2 * size.cell_m, space.local_height_m);
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(reach_m);
-    const Eigen::Vector3d& camera_m = scene.camera.position_m;
     const Eigen::Vector3d low = scene.rain.box_min_m.cwiseMax(camera_m - reach);
     const Eigen::Vector3d high = scene.rain.box_max_m.cwiseMin(camera_m + reach);
     if ((low.array() <= high.array()).all()) drops.push_back({size.drops, low, high});
@@ -232,33 +233,40 @@ StreakGeometry pictures_of(const Preset& preset, double r0_m) {
           .mean_radius_m = 5e-7 * nearest_um};
 }
 
+void search_drops(const Preset& preset, const Drops& drops, double exposure_s, Search& search) {
+  const Eigen::Vector3d& velocity = drops.size.velocity_m_s;
+  const StreakGeometry pictures = pictures_of(preset, drops.size.r0_m);
+  const SegmentTimes times = segment_times(exposure_s, drops.size.r0_m, pictures);
+  search.against_fall = -velocity.normalized();
+  search.path_m = times.each_s * velocity;
+  search.beyond_path_m =
+      beyond_path(preset, pictures.pixel_m * drops.size.r0_m / pictures.mean_radius_m,
+                  search.path_m.norm());
+  // From the middle of the first segment to that of the last.
+  const Eigen::Vector3d first = search.path_m / 2;
+  const Eigen::Vector3d last = first + (times.count - 1) * search.path_m;
+  const Eigen::Vector3d low = drops.low_m + first.cwiseMin(last);
+  const Eigen::Vector3d high = drops.high_m + first.cwiseMax(last);
+  search.visit({.centre = (low + high) / 2, .half = (high - low) / 2});
+}
+
 }  // namespace
 
 Reach scene_reach(const Preset& preset, const Scene& scene) {
-  const CameraFrame camera = camera_frame(scene.camera);
+  constexpr int cameras_of_a_path = 64;
+  const RainSpace space = make_rain_space(scene);
   Search search = {.scene = scene, .views = preset.view_elevations_deg};
   std::sort(search.views.begin(), search.views.end());
   for (const LightDirection& light : preset.lights) {
     search.lights.push_back(light_direction(light.elevation_deg, light.azimuth_deg));
   }
-  search.forward = camera.forward;
-  search.sides = sides_of(scene.camera, camera);
-  for (const Drops& drops : all_drops(scene)) {
-    const Eigen::Vector3d& velocity = drops.size.velocity_m_s;
-    const StreakGeometry pictures = pictures_of(preset, drops.size.r0_m);
-    const SegmentTimes times =
-        segment_times(scene.camera.exposure_s, drops.size.r0_m, pictures);
-    search.against_fall = -velocity.normalized();
-    search.path_m = times.each_s * velocity;
-    search.beyond_path_m =
-        beyond_path(preset, pictures.pixel_m * drops.size.r0_m / pictures.mean_radius_m,
-                    search.path_m.norm());
-    // From the middle of the first segment to that of the last.
-    const Eigen::Vector3d first = search.path_m / 2;
-    const Eigen::Vector3d last = first + (times.count - 1) * search.path_m;
-    const Eigen::Vector3d low = drops.low_m + first.cwiseMin(last);
-    const Eigen::Vector3d high = drops.high_m + first.cwiseMax(last);
-    search.visit({.centre = (low + high) / 2, .half = (high - low) / 2});
+  for (const Camera& camera : camera_samples(scene, cameras_of_a_path)) {
+    const CameraFrame frame = camera_frame(camera);
+    search.camera_m = camera.position_m;
+    search.forward = frame.forward;
+    search.sides = sides_of(camera, frame);
+    for (const Drops& drops : all_drops(scene, space, camera.position_m))
+      search_drops(preset, drops, camera.exposure_s, search);
   }
   Reach reach;
   for (std::size_t i = 0; i < search.views.size(); ++i) {

@@ -61,7 +61,7 @@ bool is_lit(const Band& band, const Scene& scene) {
     return true;
   }
   return std::any_of(scene.lights.begin(), scene.lights.end(),
-                     [&](const PointLight& light) { return light.intensity_cd[c] > 0; });
+                     [&](const Light& light) { return light.intensity_cd[c] > 0 || light.illuminance_lux[c] > 0; });
 }
 
 void reduce_physical(PhysicalRain& rain, const Scene& scene) {

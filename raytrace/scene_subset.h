@@ -40,7 +40,8 @@ struct SceneSubset {
 // Throws std::runtime_error "FILE: .." when no drop of the scene can be seen.
 SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::string& scene_file);
 
-// Views (of a preset's list, ascending) and lights that drops of the scene in view can ask for.
+// Views (of a preset's list, ascending) and lights that drops of the scene in view can ask for; along
+// a camera path, at 64 moments evenly spread over it.
 struct Reach {
   std::vector<int> views_deg = {};
   std::vector<LightDirection> lights = {};

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 
-#include <fmt/format.h>
 #include <Eigen/Geometry>
+
+#include "raytrace/light.h"
 
 namespace pluvia {
 namespace {
@@ -59,20 +59,12 @@ DropFrame drop_frame(const CameraFrame& camera, const Eigen::Vector3d& velocity,
   return frame;
 }
 
-LitStreak lit_streak(const PointLight& light, const DropFrame& frame, const Eigen::Vector3d& middle,
-                     double r0_m) {
-  const Eigen::Vector3d to_light = light.position_m - middle;
-  const double distance_m = to_light.norm();
-  if (!(distance_m > r0_m))
-    throw std::runtime_error(fmt::format(
-        "light \"{}\" is {:.6g} m from the middle of a drop's path; expected more than the "
-        "drop's radius, {} m",
-        light.name, distance_m, r0_m));
-  const Eigen::Vector3d direction = to_light / distance_m;
-  const double x = direction.dot(frame.x), y = direction.dot(frame.y), z = direction.dot(frame.z);
+LitStreak lit_streak(const Illumination& lit, const DropFrame& frame) {
+  const double x = lit.toward.dot(frame.x), y = lit.toward.dot(frame.y),
+               z = lit.toward.dot(frame.z);
   return {.light_elevation_deg = std::atan2(z, std::hypot(x, y)) * degrees,
           .light_azimuth_deg = std::atan2(y, x) * degrees,
-          .irradiance_lux = light.intensity_cd / (distance_m * distance_m)};
+          .irradiance_lux = lit.lux};
 }
 
 }  // namespace
@@ -122,8 +114,11 @@ std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop
   placed.time_share = times.each_s / scene.camera.exposure_s;
   placed.depth_m = m.z();
   placed.view_elevation_deg = std::atan2(frame.sin_view, frame.cos_view) * degrees;
-  for (const PointLight& light : scene.lights)
-    placed.lights.push_back(lit_streak(light, frame, middle, drop.r0_m));
+  for (const Light& light : scene.lights) {
+    const Illumination lit = illumination(light, middle);
+    if (inside_lamp(light, lit, drop.r0_m)) return {};
+    placed.lights.push_back(lit_streak(lit, frame));
+  }
   return placed;
 }
 

@@ -46,7 +46,7 @@ SegmentTimes segment_times(double camera_exposure_s, double r0_m, const StreakGe
 struct LitStreak {
   double light_elevation_deg = 0;  // above the plane perpendicular to the fall
   double light_azimuth_deg = 0;    // -180 .. 180, from the camera's side toward image right
-  Eigen::Vector3d irradiance_lux = {0, 0, 0};  // on a plane facing the light, at mid path: I / r^2
+  Eigen::Vector3d irradiance_lux = {0, 0, 0};  // on a plane facing the light, at mid path (raytrace/light.h)
 };
 
 struct StreakPlacement {
@@ -78,8 +78,7 @@ struct StreakPlacement {
 // where D is parallel to z to 1e-6. There, x is the camera's backward axis made perpendicular to z,
 // or, where the camera looks along z too, its up axis (looking up) or the opposite (looking down).
 // Nothing (nullopt) for a drop that has hit before the segment, or with P0 or P1 nearer to the
-// camera plane than 0.1 m. Throws std::runtime_error where M lies nearer to a lamp than
-// r0.
+// camera plane than 0.1 m, or with M inside a lamp.
 std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop,
                                             const StreakGeometry& geometry, int segment = 0);
 

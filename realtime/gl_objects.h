@@ -66,6 +66,14 @@ GlBuffer make_buffer(const std::vector<T>& values) {
   return make_buffer(values.data(), values.size() * sizeof(T));
 }
 
+// The same number of values as the buffer was made with.
+template <class T>
+void update_buffer(const GlBuffer& buffer, const std::vector<T>& values) {
+  if (values.empty()) return;
+  glNamedBufferSubData(buffer.id(), 0, static_cast<GLsizeiptr>(values.size() * sizeof(T)),
+                       values.data());
+}
+
 // One level, nearest filter, clamped at the edges. format: a sized internal format.
 GlTexture make_texture(GLenum format, int width, int height);
 

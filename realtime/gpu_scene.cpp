@@ -1,5 +1,9 @@
 #include "realtime/gpu_scene.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "atlas/image_io.h"
 #include "realtime/to_glm.h"
 
@@ -7,9 +11,24 @@ namespace pluvia {
 
 std::vector<GpuLight> gpu_lights(const Scene& scene) {
   std::vector<GpuLight> lights;
-  for (const PointLight& light : scene.lights)
-    lights.push_back(
-        {to_glm(light.position_m - scene.camera.position_m, 1), to_glm(light.intensity_cd, 0)});
+  const auto cosine = [](double angle_deg) { return std::cos(angle_deg * std::numbers::pi / 180); };
+  for (const Light& light : scene.lights) {
+    GpuLight gpu = {.axis = {0, 0, 0, -2}, .more = {1, -1, 0, 0}};
+    if (light.kind == LightKind::sun) {
+      gpu.place = to_glm(-light.direction, 0);
+      gpu.intensity = to_glm(light.illuminance_lux, 0);
+    } else {
+      gpu.place = to_glm(light.position_m - scene.camera.position_m, 1);
+      gpu.intensity = to_glm(light.intensity_cd, light.radius_m);
+    }
+    if (light.kind == LightKind::spot) {
+      const double outer = cosine(light.outer_half_angle_deg);
+      const double inner = cosine(light.inner_half_angle_deg);
+      gpu.axis = to_glm(light.direction, outer);
+      gpu.more.x = static_cast<float>(1 / std::max(inner - outer, 1e-6));
+    }
+    lights.push_back(gpu);
+  }
   return lights;
 }
 

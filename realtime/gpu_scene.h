@@ -1,4 +1,4 @@
-// Point lights and the camera as shaders read them.
+// Lights and the camera as shaders read them.
 #pragma once
 
 #include <vector>
@@ -10,9 +10,11 @@
 
 namespace pluvia {
 
-struct GpuLight {
-  glm::vec4 position_m = {};  // from the camera
-  glm::vec4 intensity_cd = {};
+struct GpuLight {  // Light of lights.glsl
+  glm::vec4 place = {};
+  glm::vec4 intensity = {};
+  glm::vec4 axis = {};
+  glm::vec4 more = {};
 };
 
 std::vector<GpuLight> gpu_lights(const Scene& scene);

@@ -30,7 +30,8 @@ void expect_one_top(const StreakAtlas& atlas) {
   }
 }
 
-// Distance along the camera's axis of the nearest corner of the rain's box, or single drop.
+// Distance along the camera's axis of the nearest corner of the rain's box; any that can be drawn
+// where there are single drops or the camera moves.
 double nearest_rain_depth_m(const Scene& scene) {
   const CameraFrame frame = camera_frame(scene.camera);
   double nearest = 1e300;
@@ -40,7 +41,7 @@ double nearest_rain_depth_m(const Scene& scene) {
       p[i] = (corner >> i & 1) ? scene.rain.box_max_m[i] : scene.rain.box_min_m[i];
     nearest = std::min(nearest, frame.forward.dot(p - scene.camera.position_m));
   }
-  return scene.drops.empty() ? nearest : nearest_depth_m;
+  return scene.drops.empty() && scene.camera_path.empty() ? nearest : nearest_depth_m;
 }
 
 // All sizes that fall, those of single drops too.

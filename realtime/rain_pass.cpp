@@ -24,7 +24,6 @@ constexpr int sums_width = 4096, sums_height = 1024;  // a layer of sums: 16 MB
 enum Binding : GLuint {
   uniforms_at,
   group_starts_at,
-  refused_at,
   streaks_at,
   lit_streaks_at,
   lights_at,
@@ -48,7 +47,6 @@ ShaderDefines defines() {
                        {"NEAR_M", std::to_string(near_m)}};
   const std::pair<const char*, GLuint> bindings[] = {{"RAIN_UNIFORMS", uniforms_at},
                                                      {"GROUP_STARTS", group_starts_at},
-                                                     {"REFUSED", refused_at},
                                                      {"STREAKS", streaks_at},
                                                      {"LIT_STREAKS", lit_streaks_at},
                                                      {"LIGHTS", lights_at},
@@ -72,7 +70,6 @@ void bind_storage(GLuint binding, const GlBuffer& buffer) {
 void bind_inputs(const RainPass& pass) {
   glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniform_buffer.id());
   bind_storage(group_starts_at, pass.group_starts);
-  bind_storage(refused_at, pass.refused);
   bind_storage(streaks_at, pass.streaks);
   bind_storage(lit_streaks_at, pass.lit_streaks);
   bind_storage(lights_at, pass.lights);
@@ -133,29 +130,26 @@ void upload_uniforms(const RainPass& pass) {
 }
 
 // The groups of drops that this frame looks at.
-void upload_groups(RainPass& pass, double time_s) {
+void upload_groups(RainPass& pass, const Scene& scene, double time_s) {
   const PacketChoice choice =
-      select_packets(pass.space, pass.packets, pass.scene.camera, time_s);
+      select_packets(pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
-      packet_cells(pass.space, choice, pass.scene.camera, time_s);
-  set_frame(pass.scene, pass.space, time_s, pass.uniforms, pass.sizes);
-  pass.groups = drop_groups(pass.scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
+      packet_cells(pass.space, choice, scene.camera, time_s);
+  set_frame(scene, pass.space, time_s, pass.uniforms, pass.sizes);
+  pass.groups = drop_groups(scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
                             time_s, group_size);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
   for (const SizedCell& cell : cells) pass.counts.drops_looked_at += cell.cell.count;
-  pass.counts.drops_looked_at += static_cast<long>(pass.scene.drops.size());
+  pass.counts.drops_looked_at += static_cast<long>(scene.drops.size());
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
     pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
     pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
   }
-  glNamedBufferSubData(pass.group_buffer.id(), 0,
-                       static_cast<GLsizeiptr>(pass.groups.size() * sizeof(GpuDropGroup)),
-                       pass.groups.data());
-  glNamedBufferSubData(pass.size_buffer.id(), 0,
-                       static_cast<GLsizeiptr>(pass.sizes.size() * sizeof(GpuRainSize)),
-                       pass.sizes.data());
+  update_buffer(pass.group_buffer, pass.groups);
+  update_buffer(pass.size_buffer, pass.sizes);
+  update_buffer(pass.lights, gpu_lights(scene));
   pass.uniforms.sizes.x = static_cast<int>(pass.groups.size());
   upload_uniforms(pass);
 }
@@ -197,24 +191,12 @@ void dispatch(const RainPass& pass, const GlProgram& program) {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
-void refuse_light_inside_drop(const RainPass& pass) {
-  GLuint refused = 0;
-  glGetNamedBufferSubData(pass.refused.id(), 0, sizeof(refused), &refused);
-  if (refused)
-    throw std::runtime_error(
-        "scene: a light is inside a drop's path; expected more than the drop's radius between "
-        "them");
-}
-
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
                         const glm::vec4& environment) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
-  pass.scene.camera = scene.camera;
-  pass.scene.rain = scene.rain;
-  pass.scene.drops = scene.drops;
   pass.space = make_rain_space(scene);
   pass.packets = make_rain_packets(pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
@@ -229,7 +211,6 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   pass.top_heights = upload_top_heights(pass.space);
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);
-  pass.refused = make_buffer(nullptr, 0);
   pass.lights = make_buffer(gpu_lights(scene));
   pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
@@ -242,9 +223,9 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   return pass;
 }
 
-long place_rain(RainPass& pass, double time_s) {
+long place_rain(RainPass& pass, const Scene& scene, double time_s) {
   pass.uniforms.sizes.w = 0;
-  upload_groups(pass, time_s);
+  upload_groups(pass, scene, time_s);
   if (pass.groups.empty()) return 0;
   dispatch(pass, pass.count);
   const std::size_t streaks = sum_groups(pass);
@@ -253,7 +234,6 @@ long place_rain(RainPass& pass, double time_s) {
   upload_uniforms(pass);
   if (streaks == 0) return 0;
   dispatch(pass, pass.place);
-  refuse_light_inside_drop(pass);
   return static_cast<long>(streaks);
 }
 
@@ -295,9 +275,9 @@ StreakRecords read_records(const RainPass& pass) {
   return records;
 }
 
-std::vector<float> read_centres_m(RainPass& pass, double time_s) {
+std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, double time_s) {
   if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines());
-  upload_groups(pass, time_s);
+  upload_groups(pass, scene, time_s);
   if (pass.groups.empty()) return {};
   const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;
   std::vector<float> values(4 * rows * groups_per_row * group_size);

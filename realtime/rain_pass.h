@@ -18,7 +18,6 @@
 namespace pluvia {
 
 struct RainPass {
-  Scene scene = {};  // its camera, rain and single drops alone
   RainSpace space = {};
   RainPackets packets = {};
   PacketCounts counts = {};  // of the last frame
@@ -29,7 +28,7 @@ struct RainPass {
   std::size_t capacity = 0;        // streaks that the record buffers hold
   std::size_t group_capacity = 0;  // groups that their buffers hold
   GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {};
-  GlBuffer group_starts = {}, refused = {}, streaks = {}, lit_streaks = {};
+  GlBuffer group_starts = {}, streaks = {}, lit_streaks = {};
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
   GlBuffer quad_indices = {};
   GlTexture sums = {};
@@ -41,9 +40,9 @@ struct RainPass {
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
                         const glm::vec4& environment);
 
-// Fills the records for a shutter that opens at time_s; returns how many streaks are in view. Throws
-// std::runtime_error for a time that local_space refuses and for a lamp inside a drop.
-long place_rain(RainPass& pass, double time_s);
+// Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how many streaks are in view. Throws
+// std::runtime_error for a time that local_space refuses.
+long place_rain(RainPass& pass, const Scene& scene, double time_s);
 
 // Adds the records to the target (RGBA32F and a depth for the test).
 void draw_rain(const RainPass& pass, const GlFramebuffer& target);
@@ -51,6 +50,6 @@ void draw_rain(const RainPass& pass, const GlFramebuffer& target);
 StreakRecords read_records(const RainPass& pass);
 
 // Three floats a drop, from the camera, of the drops that were looked at.
-std::vector<float> read_centres_m(RainPass& pass, double time_s);
+std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, double time_s);
 
 }  // namespace pluvia

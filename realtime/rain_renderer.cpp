@@ -31,20 +31,21 @@ class Stopwatch {
 
 struct RainRenderer::State {
   GlContext context = {};  // first: the objects below need it until they are gone
-  Camera camera = {};
-  ScenePass scene = {};
+  Scene scene = {};  // without its surfaces; the camera is the last frame's
+  ScenePass surfaces = {};
   std::optional<RainPass> rain = {};  // nothing: a scene without drops
   GlTexture rain_sum = {};            // RGBA32F: radiance and tau
   GlFramebuffer rain_target = {};
   CompositePass composite = {};
 
   void use() { context.make_current(); }
+  void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
   void make_rain_target();
 };
 
 void RainRenderer::State::make_rain_target() {
-  rain_sum = make_texture(GL_RGBA32F, camera.width_px, camera.height_px);
-  rain_target = make_framebuffer({rain_sum.id()}, scene.depth.id());
+  rain_sum = make_texture(GL_RGBA32F, scene.camera.width_px, scene.camera.height_px);
+  rain_target = make_framebuffer({rain_sum.id()}, surfaces.depth.id());
   const float dry[4] = {0, 0, 0, 0};
   glClearNamedFramebufferfv(rain_target.id(), GL_COLOR, 0, dry);
 }
@@ -53,10 +54,17 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
                            const RenderOptions& options)
     : state_(std::make_unique<State>()) {
   State& state = *state_;
-  state.camera = scene.camera;
+  state.scene = {.camera = scene.camera,
+                 .camera_path = scene.camera_path,
+                 .lights = scene.lights,
+                 .environment = scene.environment,
+                 .geometry_file = scene.geometry_file,
+                 .mesh = {},
+                 .rain = scene.rain,
+                 .drops = scene.drops};
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
-  state.scene = make_scene_pass(scene, map ? &*map : nullptr);
+  state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
   state.make_rain_target();
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
@@ -75,23 +83,25 @@ Frame RainRenderer::render(double time_s) {
   Frame frame;
   const std::clock_t cpu_start = std::clock();
   Stopwatch watch;
-  draw_scene(state.scene);
+  state.move_camera(time_s);
+  set_camera(state.surfaces, state.scene);
+  draw_scene(state.surfaces);
   frame.timing.scene_s = watch.lap_s();
   if (state.rain) {
-    frame.streaks_in_view = place_rain(*state.rain, time_s);
+    frame.streaks_in_view = place_rain(*state.rain, state.scene, time_s);
     frame.packets = state.rain->counts;
     draw_rain(*state.rain, state.rain_target);
   }
   frame.timing.rain_s = watch.lap_s();
-  draw_composite(state.composite, state.scene, state.rain_sum);
+  draw_composite(state.composite, state.surfaces, state.rain_sum);
   frame.timing.composite_s = watch.lap_s();
   frame.timing.cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
-  const int width = state.camera.width_px, height = state.camera.height_px;
+  const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
   frame.rain = read_texture(state.rain_sum, width, height, 3);
   frame.rain_tau = read_alpha(state.rain_sum, width, height);
-  frame.depth_m = read_texture(state.scene.depth_m, width, height, 1);
+  frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
   state.context.check();
   return frame;
 }
@@ -105,10 +115,11 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
   State& state = *state_;
   state.use();
   if (!state.rain) return {};
-  std::vector<float> centres = read_centres_m(*state.rain, time_s);
+  state.move_camera(time_s);
+  std::vector<float> centres = read_centres_m(*state.rain, state.scene, time_s);
   for (std::size_t i = 0; i < centres.size(); ++i)
     centres[i] = static_cast<float>(static_cast<double>(centres[i]) +
-                                    state.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
+                                    state.scene.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
   state.context.check();
   return centres;
 }
@@ -117,7 +128,8 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   State& state = *state_;
   state.use();
   if (!state.rain) return {};
-  place_rain(*state.rain, time_s);
+  state.move_camera(time_s);
+  place_rain(*state.rain, state.scene, time_s);
   StreakRecords records = read_records(*state.rain);
   state.context.check();
   return records;

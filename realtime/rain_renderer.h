@@ -68,7 +68,7 @@ class RainRenderer {
   RainRenderer(const RainRenderer&) = delete;
   RainRenderer& operator=(const RainRenderer&) = delete;
 
-  // Shutter opens at time_s, 0 .. 1e7. Throws std::runtime_error for a lamp inside a drop.
+  // Shutter opens at time_s, 0 .. 1e7.
   Frame render(double time_s);
   GlInfo gl_info() const;
 

@@ -36,7 +36,7 @@ GlBuffer upload_materials(const Mesh& mesh) {
   return make_buffer(materials);
 }
 
-// From the camera, in double: the picture of a scene far from the origin is as good as near it.
+// From the first camera, in double: a scene far from the world's origin is as good as near it.
 GlBuffer upload_positions(const Scene& scene) {
   std::vector<glm::vec3> positions;
   for (const Eigen::Vector3f& position : scene.mesh.positions_m)
@@ -136,8 +136,9 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
   pass.height = scene.camera.height_px;
   make_targets(pass);
   upload_mesh(pass, scene);
-  const SceneUniforms uniforms = scene_uniforms(scene, environment_map);
-  pass.uniforms = make_buffer(&uniforms, sizeof(uniforms));
+  pass.origin_m = scene.camera.position_m;
+  pass.values = scene_uniforms(scene, environment_map);
+  pass.uniforms = make_buffer(&pass.values, sizeof(pass.values));
   pass.lights = make_buffer(gpu_lights(scene));
   pass.no_vertices = make_vertex_array();
   pass.sky_map = upload_sky(environment_map);
@@ -145,6 +146,13 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
   pass.surface_depth = build_program({"scene.vert", "scene_depth.frag"}, defines());
   pass.sky = build_program({"screen.vert", "sky.frag"}, defines());
   return pass;
+}
+
+void set_camera(ScenePass& pass, const Scene& scene) {
+  pass.values.camera = gpu_camera(scene.camera);
+  pass.values.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
+  glNamedBufferSubData(pass.uniforms.id(), 0, sizeof(pass.values), &pass.values);
+  update_buffer(pass.lights, gpu_lights(scene));
 }
 
 void draw_scene(const ScenePass& pass) {

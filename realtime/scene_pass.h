@@ -14,11 +14,14 @@ constexpr double near_m = 0.01;  // surfaces nearer to the camera's plane are no
 
 struct SceneUniforms {  // scene_uniforms.glsl
   GpuCamera camera = {};
+  glm::vec4 camera_m = {};
   glm::vec4 ambient = {};
   glm::vec4 sky = {};
 };
 
 struct ScenePass {
+  Eigen::Vector3d origin_m = {0, 0, 0};  // of the vertices: floats near the camera are fine
+  SceneUniforms values = {};
   int width = 0, height = 0, index_count = 0;
   GlBuffer uniforms = {}, positions = {}, normals = {}, indices = {};
   GlBuffer triangle_material = {}, materials = {}, lights = {};
@@ -34,6 +37,9 @@ struct ScenePass {
 // environment_map: nullptr where the scene names none. Throws std::runtime_error for a picture that
 // this OpenGL cannot hold.
 ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
+
+// For scene.camera as it is now; the rest of the scene is the one the pass was made for.
+void set_camera(ScenePass& pass, const Scene& scene);
 
 void draw_scene(const ScenePass& pass);
 

@@ -189,12 +189,22 @@ TEST(RainFrame, SceneAndAtlasMustAgree) {
   EXPECT_EQ(refusal(scene), "scene: 513 lights; expected at most 512 with rain");
   EXPECT_EQ(refusal(rainy_scene(100), {.packets = {.most_drops = 0.5}}),
             "packets of 0.5 drops; expected 1 or more");
-  scene = rainy_scene(0);
-  scene.drops = {{.centre_m = {0, 5, 3}}};
-  scene.lights[0].position_m = {0, 5, 3 - 8.49 / 120 + 1.5e-3};
-  EXPECT_EQ(message_of([&] { RainRenderer(scene, shared_atlas()).render(0); }),
-            "scene: a light is inside a drop's path; expected more than the drop's radius between "
-            "them");
+}
+
+TEST(RainFrame, ADropInsideALampIsNotDrawnAndOneBesideItIsLitWithoutBound) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(0);
+  scene.drops = {{.centre_m = {0.5, 3, 2}}};
+  const Eigen::Vector3d middle(0.5, 3, 2 - 8.49 / 120);
+  scene.lights.resize(1);
+  for (const double off_m : {0.0, 1e-3, 1.59e-3, 1.7e-3, 0.01}) {
+    scene.lights[0].position_m = middle + Eigen::Vector3d(0, 0, off_m);
+    const Frame frame = RainRenderer(scene, shared_atlas()).render(0);
+    EXPECT_EQ(frame.streaks_in_view, off_m < 1.6e-3 ? 0 : 1) << off_m;
+    EXPECT_TRUE(all_finite(frame.color)) << off_m;
+  }
+  scene.lights[0].radius_m = 0.05;
+  EXPECT_EQ(RainRenderer(scene, shared_atlas()).render(0).streaks_in_view, 0);
 }
 
 TEST(RainFrame, LevelsThatNoDropCanNeedAreNotUploaded) {

@@ -237,7 +237,7 @@ TEST(SceneSubset, SizesAndBandsAreThoseOfTheScene) {
   Preset preset = full_preset(true);
   preset.physical->bands = rgb_bands();
   Scene scene = small_scene(true);
-  for (PointLight& light : scene.lights) light.intensity_cd = {1, 0.5, 0};
+  for (Light& light : scene.lights) light.intensity_cd = {1, 0.5, 0};
   EXPECT_THAT(diameters_of(scene_subset(preset, scene, "s").preset), testing::ElementsAre(3000));
   const auto bands = bands_of(scene_subset(preset, scene, "s").preset);
   ASSERT_EQ(bands.size(), 2u);
@@ -245,7 +245,7 @@ TEST(SceneSubset, SizesAndBandsAreThoseOfTheScene) {
   scene.rain.sizes[0].r0_m = 1e-3;  // between 0.5 and 3 mm
   EXPECT_THAT(diameters_of(scene_subset(preset, scene, "s").preset),
               testing::ElementsAre(500, 3000));
-  for (PointLight& light : scene.lights) light.intensity_cd = {0, 0, 0};
+  for (Light& light : scene.lights) light.intensity_cd = {0, 0, 0};
   EXPECT_EQ(bands_of(scene_subset(preset, scene, "s").preset).size(), 3u) << "a dark scene";
 }
 

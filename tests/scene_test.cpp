@@ -169,6 +169,94 @@ TEST(Scene, AnythingOutOfRangeIsRefusedWithItsPlace) {
   EXPECT_EQ(refusal_of(camera + "fps = 3\n").find("9:1: unknown key \"fps\" in [camera]; "), 0u);
 }
 
+std::string path_camera(const std::string& keys) {
+  return "[camera]\nwidth_px = 32\n" + keys;
+}
+
+std::string key_at(double time_s, const std::string& position, const std::string& target) {
+  return fmt::format("[[camera.key]]\ntime_s = {}\nposition_m = {}\ntarget_m = {}\n", time_s,
+                     position, target);
+}
+
+TEST(Scene, ACameraPathPassesItsKeysSmoothlyAndRestsAtItsEnds) {
+  const Scene scene = read_scene(scratch_file(
+      "s.toml", path_camera(key_at(1, "[0, 0, 1]", "[0, 5, 1]") + key_at(2, "[4, 0, 1]", "[0, 5, 1]") +
+                            key_at(5, "[4, 6, 2]", "[0, 9, 1]"))));
+  ASSERT_EQ(scene.camera_path.size(), 3u);
+  EXPECT_EQ(scene.camera.position_m, Eigen::Vector3d(0, 0, 1));
+  for (const CameraKey& key : scene.camera_path) {
+    EXPECT_LT((camera_at(scene, key.time_s).position_m - key.position_m).norm(), 1e-12);
+    EXPECT_LT((camera_at(scene, key.time_s).target_m - key.target_m).norm(), 1e-12);
+  }
+  EXPECT_EQ(camera_at(scene, 0).position_m, scene.camera_path.front().position_m);
+  EXPECT_EQ(camera_at(scene, 99).target_m, scene.camera_path.back().target_m);
+  EXPECT_EQ(camera_at(scene, 3).width_px, 32);
+  const auto velocity = [&](double t) -> Eigen::Vector3d {
+    return (camera_at(scene, t + 1e-6).position_m - camera_at(scene, t - 1e-6).position_m) / 2e-6;
+  };
+  EXPECT_LT((velocity(2 - 1e-5) - velocity(2 + 1e-5)).norm(), 1e-3);
+  EXPECT_LT((velocity(2) - Eigen::Vector3d(1, 1.5, 0.25)).norm(), 1e-4);
+  EXPECT_LT(velocity(1 + 1e-5).norm(), 1e-3);
+  EXPECT_EQ(camera_samples(scene, 5).size(), 5u);
+  EXPECT_EQ(camera_samples(Scene{}, 5).size(), 1u);
+}
+
+TEST(Scene, ACameraNeverStandsInItsTarget) {
+  // Position and target cross half-way.
+  Scene scene;
+  scene.camera_path = {{0, {0, 0, 0}, {1, 0, 0}}, {1, {1, 0, 0}, {0, 0, 0}}};
+  for (int i = 0; i <= 1000; ++i) {
+    const Camera now = camera_at(scene, i / 1000.0);
+    ASSERT_GE((now.target_m - now.position_m).norm(), 0.999e-3) << i;
+    ASSERT_TRUE(camera_frame(now).forward.allFinite());
+  }
+}
+
+TEST(Scene, MistakesInACameraPathAreRefused) {
+  const auto refusal = [](const std::string& text) { return refusal_of(path_camera(text)); };
+  const std::string first = key_at(1, "[0, 0, 1]", "[0, 5, 1]");
+  EXPECT_EQ(refusal(first),
+            "3:10: camera has 1 key; expected 2 or more, or position_m and target_m");
+  EXPECT_EQ(refusal(first + key_at(1, "[0, 0, 1]", "[0, 5, 1]")),
+            "8:1: camera.key[1].time_s = 1; expected 0.001 s or more after the one before");
+  EXPECT_EQ(refusal(first + key_at(2, "[0, 0, 1]", "[0, 0, 1]")),
+            "10:1: camera.key[1].target_m is camera.key[1].position_m; expected another point");
+  EXPECT_NE(refusal("position_m = [0, 0, 0]\n" + first + key_at(2, "[0, 0, 1]", "[0, 3, 1]"))
+                .find("unknown key \"position_m\""),
+            std::string::npos);
+}
+
+TEST(Scene, EveryKindOfLightIsReadAndItsMistakesAreRefused) {
+  const Scene scene = read_scene(scratch_file(
+      "s.toml", camera + "[[light]]\nkind = \"spot\"\nposition_m = [1, 2, 3]\n"
+                         "intensity_cd = [4, 5, 6]\ndirection = [0, 0, -2]\n"
+                         "outer_half_angle_deg = 30\nradius_m = 0.1\nshadow = true\n"
+                         "[[light]]\nkind = \"sun\"\ndirection = [3, 0, -4]\n"
+                         "illuminance_lux = [9, 8, 7]\n"));
+  ASSERT_EQ(scene.lights.size(), 2u);
+  EXPECT_EQ(scene.lights[0].kind, LightKind::spot);
+  EXPECT_EQ(scene.lights[0].direction, Eigen::Vector3d(0, 0, -1));
+  EXPECT_EQ(scene.lights[0].inner_half_angle_deg, 24);
+  EXPECT_EQ(scene.lights[0].radius_m, 0.1);
+  EXPECT_TRUE(scene.lights[0].shadow);
+  EXPECT_LT((scene.lights[1].direction - Eigen::Vector3d(0.6, 0, -0.8)).norm(), 1e-12);
+  EXPECT_EQ(scene.lights[1].illuminance_lux, Eigen::Vector3d(9, 8, 7));
+  EXPECT_EQ(refusal_of(camera + "[[light]]\nkind = \"area\"\n"),
+            "10:1: light.kind = \"area\"; expected \"point\", \"spot\" or \"sun\"");
+  EXPECT_EQ(refusal_of(camera + "[[light]]\nkind = \"sun\"\nilluminance_lux = [1, 1, 1]\n"
+                                "direction = [0, 0, 0]\n"),
+            "12:1: light.direction is zero; expected the way the light goes");
+  EXPECT_NE(refusal_of(camera + "[[light]]\nkind = \"sun\"\nilluminance_lux = [1, 1, 1]\n"
+                                "direction = [0, 0, -1]\nposition_m = [0, 0, 0]\n")
+                .find("13:1: unknown key \"position_m\""),
+            std::string::npos);
+  EXPECT_NE(refusal_of(camera + "[[light]]\nkind = \"spot\"\nposition_m = [0, 0, 0]\n"
+                                "intensity_cd = [1, 1, 1]\ndirection = [0, 0, -1]\n"
+                                "inner_half_angle_deg = 60\n")
+                .find("14:1: light[0].inner_half_angle_deg = 60; expected 0 <="),
+            std::string::npos);
+}
+
 TEST(Scene, ARateBecomesSizesThatFallByThemselvesAndDriftWithTheWind) {
   const Scene scene = read_scene(scratch_file(
       "s.toml", camera + "[rain]\nrate_mm_h = 12\nsizes = 3\nleast_diameter_mm = 1\n"

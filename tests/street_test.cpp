@@ -29,7 +29,7 @@ TEST(Street, EveryLampHangsJustBelowALightPanelOfItsOwn) {
   const Scene scene = read_scene(scenes + "street.toml");
   EXPECT_GT(scene.mesh.indices.size() / 3, 5000u);
   ASSERT_EQ(scene.lights.size(), 6u);
-  for (const PointLight& light : scene.lights) {
+  for (const Light& light : scene.lights) {
     int panels = 0;
     for (std::size_t t = 0; t < scene.mesh.triangle_material.size(); ++t) {
       const std::uint32_t* corner = &scene.mesh.indices[3 * t];

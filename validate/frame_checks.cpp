@@ -36,7 +36,8 @@ Image luminance_difference(const Image& a, const Image& b) {
 
 void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
                      Report& report) {
-  const Scene scene = read_scene(scene_file);
+  Scene scene = read_scene(scene_file);
+  scene.camera = camera_at(scene, time_s);
   const StreakAtlas atlas = read_atlas(atlas_folder);
   RainRenderer renderer(scene, atlas);
   renderer.render(time_s);  // the first frame compiles and uploads

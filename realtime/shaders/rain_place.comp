@@ -10,15 +10,9 @@ layout(std430, binding = GROUP_STARTS) readonly buffer GroupStarts { uint group_
 layout(std430, binding = STREAKS) writeonly buffer Streaks { Streak streaks[]; };
 layout(std430, binding = LIT_STREAKS) writeonly buffer LitStreaks { LitStreak lit_streaks[]; };
 
-struct Light {
-  vec4 position_m;  // from the camera
-  vec4 intensity_cd;
-};
-layout(std430, binding = LIGHTS) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = ATLAS_LIGHTS) readonly buffer AtlasLights { vec4 atlas_lights[]; };
 layout(std430, binding = ATLAS_LAYERS) readonly buffer AtlasLayers { int mirrored_layer[]; };
 layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };  // x: deg
-layout(std430, binding = REFUSED) buffer Refused { uint light_inside_drop; };
 
 const float degrees_per_radian = 57.29577951308232;
 
@@ -45,19 +39,14 @@ bool flips_views_below() {
 
 // atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's; where a view from below
 // is served by one from above, the light's elevation turns over.
-LitStreak lit_streak(Light light, Placement placed, int layer, float radius_m) {
-  vec3 to_light = light.position_m.xyz - placed.middle_m;
-  float distance_m = length(to_light);
-  if (!(distance_m > radius_m)) atomicOr(light_inside_drop, 1u);
-  vec3 direction = to_light / max(distance_m, radius_m);
+LitStreak lit_streak(Illumination lit, Placement placed, int layer) {
   DropFrame frame = placed.frame;
-  vec3 folded = vec3(dot(direction, frame.x), dot(direction, frame.y), dot(direction, frame.z));
+  vec3 folded = vec3(dot(lit.toward, frame.x), dot(lit.toward, frame.y), dot(lit.toward, frame.z));
   if (flips_views_below() && frame.sin_view < 0.0) folded.z = -folded.z;
   bool mirrored = folded.y < 0.0;
   folded.y = abs(folded.y);
   uint set = uint(mirrored ? mirrored_layer[layer] : layer);
-  vec3 lux = light.intensity_cd.rgb / max(distance_m * distance_m, radius_m * radius_m);
-  return LitStreak(lux.r, lux.g, lux.b,
+  return LitStreak(lit.lux.r, lit.lux.g, lit.lux.b,
                    set << 16 | nearest_light(folded) << 1 | (mirrored ? 1u : 0u));
 }
 
@@ -96,9 +85,9 @@ void write_streak(uint place, Drop drop, Placement placed) {
   // What the picture's values count is part of their weight.
   streak.view_weight *= rain_sizes[drop.size].times.z;
   streaks[place] = streak;
-  float radius_m = rain_sizes[drop.size].velocity_m_s.w;
   for (uint i = 0u; i < uint(counts.y); ++i)
-    lit_streaks[place * uint(counts.y) + i] = lit_streak(lights[i], placed, drop.layer, radius_m);
+    lit_streaks[place * uint(counts.y) + i] =
+        lit_streak(illumination(lights[i], placed.middle_m), placed, drop.layer);
 }
 
 void main() {

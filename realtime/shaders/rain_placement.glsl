@@ -1,4 +1,5 @@
 // Where a drop's streak lies in the picture: the formulas of raytrace/streak_placement.h, in float.
+#include "lights.glsl"
 #include "rain_drops.glsl"
 
 const float nearest_depth_m = 0.1;
@@ -78,6 +79,12 @@ bool place_streak(Drop drop, out Placement placed) {
   float end_s = left_s < each_s * (1.0 - 1e-6) ? min(left_s, hit_time_s) : hit_time_s;
   placed.clip_row = end_s < each_s ? cell.x + placed.path_rows * (end_s / each_s) : never;
   placed.depth_m = m.z;
+  for (int i = 0; i < counts.y; ++i) {  // no drop is inside a lamp
+    Light light = lights[i];
+    float least_m = light.intensity.w + size.velocity_m_s.w;
+    if (light.place.w != 0.0 && !(distance(light.place.xyz, placed.middle_m) > least_m))
+      return false;
+  }
   return true;
 }
 

@@ -3,13 +3,14 @@
 // infinity).
 #include "scene_uniforms.glsl"
 
-layout(location = 0) in vec3 position_m;
+layout(location = 0) in vec3 placed_m;  // from scene_pass.h's origin
 layout(location = 1) in vec3 normal;
 out vec3 surface_place_m;  // from the camera
 out vec3 surface_normal;
 out float surface_depth_m;
 
 void main() {
+  vec3 position_m = placed_m - camera_m.xyz;
   surface_place_m = position_m;
   surface_normal = normal;
   surface_depth_m = dot(position_m, camera_forward.xyz);
