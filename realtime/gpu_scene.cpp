@@ -9,7 +9,7 @@
 
 namespace pluvia {
 
-std::vector<GpuLight> gpu_lights(const Scene& scene) {
+std::vector<GpuLight> gpu_lights(const Scene& scene, const std::vector<ShadowSlot>& slots) {
   std::vector<GpuLight> lights;
   const auto cosine = [](double angle_deg) { return std::cos(angle_deg * std::numbers::pi / 180); };
   for (const Light& light : scene.lights) {
@@ -26,6 +26,12 @@ std::vector<GpuLight> gpu_lights(const Scene& scene) {
       const double inner = cosine(light.inner_half_angle_deg);
       gpu.axis = to_glm(light.direction, outer);
       gpu.more.x = static_cast<float>(1 / std::max(inner - outer, 1e-6));
+    }
+    if (!slots.empty()) {
+      const ShadowSlot& slot = slots[lights.size()];
+      gpu.more.y = static_cast<float>(slot.first_map);
+      gpu.more.z = static_cast<float>(slot.maps);
+      gpu.more.w = static_cast<float>(slot.texel);
     }
     lights.push_back(gpu);
   }

@@ -17,7 +17,14 @@ struct GpuLight {  // Light of lights.glsl
   glm::vec4 more = {};
 };
 
-std::vector<GpuLight> gpu_lights(const Scene& scene);
+struct ShadowSlot {   // where a light's shadow maps are (realtime/shadow_pass.h)
+  int first_map = -1;  // -1: none
+  int maps = 0;
+  double texel = 0;  // of a map, in m for the sun, else in m at 1 m from the light
+};
+
+// For scene.camera as it is now. slots: one for each light, or none at all.
+std::vector<GpuLight> gpu_lights(const Scene& scene, const std::vector<ShadowSlot>& slots);
 
 struct GpuCamera {  // w: focal length, width, height in px
   glm::vec4 right = {}, up = {}, forward = {};

@@ -19,6 +19,7 @@ namespace pluvia {
 
 struct RainUniforms {  // rain_uniforms.glsl, member by member
   GpuCamera camera = {};
+  glm::vec4 camera_m = {};
   glm::vec4 box_min_m = {}, box_max_m = {};
   glm::vec4 cell = {};
   glm::vec4 environment = {};

@@ -35,11 +35,14 @@ enum Binding : GLuint {
   sizes_at,
   groups_at,
   top_heights_at,
+  shadow_views_at,
+  shadow_maps_at,
   sums_at
 };
 
-ShaderDefines defines() {
-  ShaderDefines all = {{"GROUP_SIZE", std::to_string(group_size)},
+ShaderDefines defines(bool shadows) {
+  ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
+                       {"GROUP_SIZE", std::to_string(group_size)},
                        {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
                        {"SUMS_WIDTH", std::to_string(sums_width)},
@@ -58,6 +61,8 @@ ShaderDefines defines() {
                                                      {"RAIN_SIZES", sizes_at},
                                                      {"DROP_GROUPS", groups_at},
                                                      {"TOP_HEIGHTS", top_heights_at},
+                                                     {"SHADOW_VIEWS", shadow_views_at},
+                                                     {"SHADOW_MAPS", shadow_maps_at},
                                                      {"CUMULATIVE", sums_at}};
   for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
   return all;
@@ -130,12 +135,13 @@ void upload_uniforms(const RainPass& pass) {
 }
 
 // The groups of drops that this frame looks at.
-void upload_groups(RainPass& pass, const Scene& scene, double time_s) {
+void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   const PacketChoice choice =
       select_packets(pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
       packet_cells(pass.space, choice, scene.camera, time_s);
   set_frame(scene, pass.space, time_s, pass.uniforms, pass.sizes);
+  pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   pass.groups = drop_groups(scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
                             time_s, group_size);
   pass.counts = {.packets_looked_at = choice.looked_at,
@@ -149,7 +155,7 @@ void upload_groups(RainPass& pass, const Scene& scene, double time_s) {
   }
   update_buffer(pass.group_buffer, pass.groups);
   update_buffer(pass.size_buffer, pass.sizes);
-  update_buffer(pass.lights, gpu_lights(scene));
+  update_buffer(pass.lights, gpu_lights(scene, shadows.slots));
   pass.uniforms.sizes.x = static_cast<int>(pass.groups.size());
   upload_uniforms(pass);
 }
@@ -194,9 +200,10 @@ void dispatch(const RainPass& pass, const GlProgram& program) {
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment) {
+                        const glm::vec4& environment, const ShadowPass& shadows) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
+  pass.origin_m = scene.camera.position_m;
   pass.space = make_rain_space(scene);
   pass.packets = make_rain_packets(pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
@@ -211,21 +218,21 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   pass.top_heights = upload_top_heights(pass.space);
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);
-  pass.lights = make_buffer(gpu_lights(scene));
+  pass.lights = make_buffer(gpu_lights(scene, shadows.slots));
   pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
   pass.atlas_views = make_buffer(atlas_views(atlas));
   pass.atlas_spans = make_buffer(cumulative.spans);
   pass.quads = make_quads(pass.quad_indices);
-  pass.count = build_program({"rain_count.comp"}, defines());
-  pass.place = build_program({"rain_place.comp"}, defines());
-  pass.draw = build_program({"rain.vert", "rain.frag"}, defines());
+  pass.count = build_program({"rain_count.comp"}, defines(false));
+  pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty()));
+  pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false));
   return pass;
 }
 
-long place_rain(RainPass& pass, const Scene& scene, double time_s) {
+long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   pass.uniforms.sizes.w = 0;
-  upload_groups(pass, scene, time_s);
+  upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return 0;
   dispatch(pass, pass.count);
   const std::size_t streaks = sum_groups(pass);
@@ -233,6 +240,10 @@ long place_rain(RainPass& pass, const Scene& scene, double time_s) {
   pass.uniforms.sizes.w = static_cast<int>(streaks);
   upload_uniforms(pass);
   if (streaks == 0) return 0;
+  if (!shadows.empty()) {
+    bind_storage(shadow_views_at, shadows.view_buffer);
+    glBindTextureUnit(shadow_maps_at, shadows.maps.id());
+  }
   dispatch(pass, pass.place);
   return static_cast<long>(streaks);
 }
@@ -275,9 +286,10 @@ StreakRecords read_records(const RainPass& pass) {
   return records;
 }
 
-std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, double time_s) {
-  if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines());
-  upload_groups(pass, scene, time_s);
+std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const ShadowPass& shadows,
+                                  double time_s) {
+  if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines(false));
+  upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return {};
   const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;
   std::vector<float> values(4 * rows * groups_per_row * group_size);

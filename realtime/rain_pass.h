@@ -13,11 +13,13 @@
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/scene_pass.h"
+#include "realtime/shadow_pass.h"
 #include "realtime/streak_record.h"
 
 namespace pluvia {
 
 struct RainPass {
+  Eigen::Vector3d origin_m = {0, 0, 0};  // of the shadow maps
   RainSpace space = {};
   RainPackets packets = {};
   PacketCounts counts = {};  // of the last frame
@@ -38,11 +40,11 @@ struct RainPass {
 
 // Throws std::runtime_error when scene and atlas do not agree or do not fit this OpenGL.
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment);
+                        const glm::vec4& environment, const ShadowPass& shadows);
 
 // Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how many streaks are in view. Throws
 // std::runtime_error for a time that local_space refuses.
-long place_rain(RainPass& pass, const Scene& scene, double time_s);
+long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);
 
 // Adds the records to the target (RGBA32F and a depth for the test).
 void draw_rain(const RainPass& pass, const GlFramebuffer& target);
@@ -50,6 +52,7 @@ void draw_rain(const RainPass& pass, const GlFramebuffer& target);
 StreakRecords read_records(const RainPass& pass);
 
 // Three floats a drop, from the camera, of the drops that were looked at.
-std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, double time_s);
+std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const ShadowPass& shadows,
+                                  double time_s);
 
 }  // namespace pluvia

@@ -33,6 +33,7 @@ struct RainRenderer::State {
   GlContext context = {};  // first: the objects below need it until they are gone
   Scene scene = {};  // without its surfaces; the camera is the last frame's
   ScenePass surfaces = {};
+  ShadowPass shadows = {};
   std::optional<RainPass> rain = {};  // nothing: a scene without drops
   GlTexture rain_sum = {};            // RGBA32F: radiance and tau
   GlFramebuffer rain_target = {};
@@ -65,11 +66,13 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
   state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
+  state.shadows = make_shadow_pass(scene, state.surfaces);
+  link_scene_pass(state.surfaces, state.shadows);
   state.make_rain_target();
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(scene, atlas, options,
-                                mean_environment(scene.environment, map ? &*map : nullptr));
+                                mean_environment(scene.environment, map ? &*map : nullptr), state.shadows);
   state.context.check();
 }
 
@@ -84,11 +87,11 @@ Frame RainRenderer::render(double time_s) {
   const std::clock_t cpu_start = std::clock();
   Stopwatch watch;
   state.move_camera(time_s);
-  set_camera(state.surfaces, state.scene);
-  draw_scene(state.surfaces);
+  set_camera(state.surfaces, state.scene, state.shadows);
+  draw_scene(state.surfaces, state.shadows);
   frame.timing.scene_s = watch.lap_s();
   if (state.rain) {
-    frame.streaks_in_view = place_rain(*state.rain, state.scene, time_s);
+    frame.streaks_in_view = place_rain(*state.rain, state.scene, state.shadows, time_s);
     frame.packets = state.rain->counts;
     draw_rain(*state.rain, state.rain_target);
   }
@@ -116,7 +119,7 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
   state.use();
   if (!state.rain) return {};
   state.move_camera(time_s);
-  std::vector<float> centres = read_centres_m(*state.rain, state.scene, time_s);
+  std::vector<float> centres = read_centres_m(*state.rain, state.scene, state.shadows, time_s);
   for (std::size_t i = 0; i < centres.size(); ++i)
     centres[i] = static_cast<float>(static_cast<double>(centres[i]) +
                                     state.scene.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
@@ -129,7 +132,7 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   state.use();
   if (!state.rain) return {};
   state.move_camera(time_s);
-  place_rain(*state.rain, state.scene, time_s);
+  place_rain(*state.rain, state.scene, state.shadows, time_s);
   StreakRecords records = read_records(*state.rain);
   state.context.check();
   return records;

@@ -7,15 +7,27 @@
 #include <fmt/format.h>
 
 #include "realtime/shader.h"
+#include "realtime/shadow_pass.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
 namespace {
 
-enum Binding : GLuint { uniforms_at, materials_at, triangle_material_at, lights_at, sky_map_at };
+enum Binding : GLuint {
+  uniforms_at,
+  materials_at,
+  triangle_material_at,
+  lights_at,
+  sky_map_at,
+  shadow_views_at,
+  shadow_maps_at
+};
 
-ShaderDefines defines() {
-  return {{"SCENE_UNIFORMS", std::to_string(uniforms_at)},
+ShaderDefines defines(const ShadowPass& shadows) {
+  return {{"SHADOWS", shadows.empty() ? "0" : "1"},
+          {"SHADOW_VIEWS", std::to_string(shadow_views_at)},
+          {"SHADOW_MAPS", std::to_string(shadow_maps_at)},
+          {"SCENE_UNIFORMS", std::to_string(uniforms_at)},
           {"MATERIALS", std::to_string(materials_at)},
           {"TRIANGLE_MATERIAL", std::to_string(triangle_material_at)},
           {"LIGHTS", std::to_string(lights_at)},
@@ -139,24 +151,31 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
   pass.origin_m = scene.camera.position_m;
   pass.values = scene_uniforms(scene, environment_map);
   pass.uniforms = make_buffer(&pass.values, sizeof(pass.values));
-  pass.lights = make_buffer(gpu_lights(scene));
+  pass.lights = make_buffer(gpu_lights(scene, {}));
   pass.no_vertices = make_vertex_array();
   pass.sky_map = upload_sky(environment_map);
-  pass.surface = build_program({"scene.vert", "scene.frag"}, defines());
-  pass.surface_depth = build_program({"scene.vert", "scene_depth.frag"}, defines());
-  pass.sky = build_program({"screen.vert", "sky.frag"}, defines());
   return pass;
 }
 
-void set_camera(ScenePass& pass, const Scene& scene) {
+void link_scene_pass(ScenePass& pass, const ShadowPass& shadows) {
+  pass.surface = build_program({"scene.vert", "scene.frag"}, defines(shadows));
+  pass.surface_depth = build_program({"scene.vert", "scene_depth.frag"}, defines(shadows));
+  pass.sky = build_program({"screen.vert", "sky.frag"}, defines(shadows));
+}
+
+void set_camera(ScenePass& pass, const Scene& scene, const ShadowPass& shadows) {
   pass.values.camera = gpu_camera(scene.camera);
   pass.values.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   glNamedBufferSubData(pass.uniforms.id(), 0, sizeof(pass.values), &pass.values);
-  update_buffer(pass.lights, gpu_lights(scene));
+  update_buffer(pass.lights, gpu_lights(scene, shadows.slots));
 }
 
-void draw_scene(const ScenePass& pass) {
+void draw_scene(const ScenePass& pass, const ShadowPass& shadows) {
   bind_inputs(pass);
+  if (!shadows.empty()) {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, shadow_views_at, shadows.view_buffer.id());
+    glBindTextureUnit(shadow_maps_at, shadows.maps.id());
+  }
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_TRUE);

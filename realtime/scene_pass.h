@@ -38,9 +38,14 @@ struct ScenePass {
 // this OpenGL cannot hold.
 ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
 
-// For scene.camera as it is now; the rest of the scene is the one the pass was made for.
-void set_camera(ScenePass& pass, const Scene& scene);
+struct ShadowPass;
 
-void draw_scene(const ScenePass& pass);
+// Builds the programs that draw the surfaces, with shadows where there are any.
+void link_scene_pass(ScenePass& pass, const ShadowPass& shadows);
+
+// For scene.camera as it is now; the rest of the scene is the one the pass was made for.
+void set_camera(ScenePass& pass, const Scene& scene, const ShadowPass& shadows);
+
+void draw_scene(const ScenePass& pass, const ShadowPass& shadows);
 
 }  // namespace pluvia

@@ -296,7 +296,7 @@ TEST_F(Program, RenderRefusesExposuresTooShortForStreaks) {
   PLUVIA_NEEDS_OPENGL();
   const std::string uniform = "[environment]\nuniform_cd_m2 = [1, 1, 1]";
   expect_complaint(render_flags(write_scene(uniform, "exposure_s = 1e-5")), 1,
-                   "camera.exposure_s = 1e-05 s; expected 0.00038 s or more, in which");
+                   "camera.exposure_s = 1e-05 s; expected 0.00039 s or more, in which");
   expect_nothing_rendered();
 }
 

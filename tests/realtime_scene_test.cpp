@@ -191,6 +191,59 @@ TEST(RainFrame, SceneAndAtlasMustAgree) {
             "packets of 0.5 drops; expected 1 or more");
 }
 
+TEST(RainFrame, ATableThrowsItsShadowOnTheGroundAndOnNothingElse) {
+  PLUVIA_NEEDS_OPENGL();
+  for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::sun}) {
+    Scene scene;
+    scene.camera.width_px = 200;
+    scene.camera.height_px = 200;
+    scene.camera.position_m = {0, 0, 12};
+    scene.camera.target_m = {0, 0, 0};
+    scene.camera.vertical_fov_deg = 60;
+    add_ground(scene.mesh, 0);
+    add_rectangle(scene.mesh, {-1, -1, 2}, {2, 0, 0}, {0, 2, 0}, {.base_color = {0.5, 0.5, 0.5}});
+    Light light{"light", {0.5, 0, 6}, {900, 900, 900}, kind};
+    light.illuminance_lux = {9, 9, 9};
+    light.direction = Eigen::Vector3d(-0.3, 0, -1).normalized();
+    light.outer_half_angle_deg = 55;
+    light.inner_half_angle_deg = 54;
+    scene.lights = {light};
+    const Image open = RainRenderer(scene, StreakAtlas{}).render(0).color;
+    scene.lights[0].shadow = true;
+    const Image shaded = RainRenderer(scene, StreakAtlas{}).render(0).color;
+    const double focal = camera_frame(scene.camera).focal_px;
+    int dark = 0, bright = 0;
+    for (int y = 0; y < 200; ++y) {
+      for (int x = 0; x < 200; ++x) {
+        // Looking down, north up: the table is seen at height 2, the ground at 0.
+        const Eigen::Vector2d ray((x + 0.5 - 100) / focal, (100 - y - 0.5) / focal);
+        const Eigen::Vector2d table = 10 * ray, ground = 12 * ray;
+        const double edge = std::max(std::abs(table.x()), std::abs(table.y())) - 1;
+        if (std::abs(edge) < 0.15) continue;
+        if (edge < 0) {
+          EXPECT_EQ(shaded.at(x, y), open.at(x, y)) << "table " << x << ", " << y;
+          continue;
+        }
+        const Eigen::Vector2d through =
+            kind == LightKind::sun
+                ? Eigen::Vector2d(ground - 2 * light.direction.head<2>() / -light.direction.z())
+                : Eigen::Vector2d(ground + (light.position_m.head<2>() - ground) / 3);
+        const double shadow = std::max(std::abs(through.x()), std::abs(through.y())) - 1;
+        if (std::abs(shadow) < 0.1) continue;
+        if (shadow < 0) {
+          EXPECT_EQ(shaded.at(x, y), 0) << x << ", " << y;
+          ++dark;
+        } else {
+          EXPECT_EQ(shaded.at(x, y), open.at(x, y)) << "ground " << x << ", " << y;
+          ++bright;
+        }
+      }
+    }
+    EXPECT_GT(dark, 40);  // the table hides most of its shadow
+    EXPECT_GT(bright, 10000);
+  }
+}
+
 TEST(RainFrame, ADropInsideALampIsNotDrawnAndOneBesideItIsLitWithoutBound) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(0);

@@ -4,8 +4,8 @@ struct Light {
   vec4 place;      // position from the camera, or the direction toward the sun; w: 0 for the sun
   vec4 intensity;  // cd, or lux of the sun; w: the lamp's radius in m
   vec4 axis;       // of a spot, the way its light goes; w: cosine of the outer half-angle
-  vec4 more;       // x: 1 / (cosine of the inner half-angle - outer); y: first shadow map, or -1
-};
+  vec4 more;       // 1 / (cosine of the inner half-angle - outer); first shadow map, or -1; how
+};                 // many; their texel, in m for the sun, else in m at 1 m from the light
 layout(std430, binding = LIGHTS) readonly buffer Lights { Light lights[]; };
 
 struct Illumination {

@@ -4,6 +4,7 @@
 #include "rain_placement.glsl"
 #include "rain_rank.glsl"
 #include "rain_streaks.glsl"
+#include "shadows.glsl"
 
 layout(local_size_x = GROUP_SIZE) in;
 layout(std430, binding = GROUP_STARTS) readonly buffer GroupStarts { uint group_starts[]; };
@@ -67,6 +68,20 @@ int choose_level(vec2 column_px, vec2 row_px) {
   return int(clamp(level, float(sizes.y), float(sizes.z)));
 }
 
+// The mean over the path, at the middles of its quarters.
+float path_lit_share(Light light, vec3 middle_m, vec3 path_m) {
+  if (light.more.y < 0.0) return 1.0;
+  float sum = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    vec3 at_m = middle_m + (float(k) - 1.5) / 4.0 * path_m;
+    Illumination lit = illumination(light, at_m);
+    // Two texels toward the light: a surface that the drop is about to hit does not shade it.
+    float texel_m = light.more.w * (light.place.w == 0.0 ? 1.0 : lit.distance_m);
+    sum += lit_share(light, at_m + camera_m.xyz + 2.0 * texel_m * lit.toward, lit.toward);
+  }
+  return sum / 4.0;
+}
+
 void write_streak(uint place, Drop drop, Placement placed) {
   Streak streak;
   streak.origin_px = placed.origin_px;
@@ -85,9 +100,12 @@ void write_streak(uint place, Drop drop, Placement placed) {
   // What the picture's values count is part of their weight.
   streak.view_weight *= rain_sizes[drop.size].times.z;
   streaks[place] = streak;
-  for (uint i = 0u; i < uint(counts.y); ++i)
-    lit_streaks[place * uint(counts.y) + i] =
-        lit_streak(illumination(lights[i], placed.middle_m), placed, drop.layer);
+  vec3 path_m = rain_sizes[drop.size].times.x * rain_sizes[drop.size].velocity_m_s.xyz;
+  for (uint i = 0u; i < uint(counts.y); ++i) {
+    Illumination lit = illumination(lights[i], placed.middle_m);
+    lit.lux *= path_lit_share(lights[i], placed.middle_m, path_m);
+    lit_streaks[place * uint(counts.y) + i] = lit_streak(lit, placed, drop.layer);
+  }
 }
 
 void main() {

@@ -5,6 +5,7 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 camera_right;    // w: focal length in px
   vec4 camera_up;       // w: picture width in px
   vec4 camera_forward;  // w: picture height in px
+  vec4 camera_m;        // from the origin of the shadow maps
   vec4 box_min_m;       // drops are drawn whose centre is inside
   vec4 box_max_m;
   vec4 cell;         // of the atlas: path_top_row; cell width; widest texel in px; rows below the path

@@ -1,7 +1,9 @@
 #version 450 core
-// Lambert: L = emission + albedo (ambient + sum_lights E cos / pi), in cd/m^2.
+// Lambert: L = emission + albedo (ambient + sum_lights E cos / pi), E without what surfaces
+// in between take, in cd/m^2.
 #include "lights.glsl"
 #include "scene_uniforms.glsl"
+#include "shadows.glsl"
 
 struct Material {
   vec4 base_color;
@@ -22,7 +24,12 @@ void main() {
   vec3 irradiance = pi * ambient.rgb;
   for (int i = 0; i < int(sky.w); ++i) {
     Illumination lit = illumination(lights[i], surface_place_m);
-    irradiance += lit.lux * max(dot(normal, lit.toward), 0.0);
+    float cosine = max(dot(normal, lit.toward), 0.0);
+    if (cosine == 0.0) continue;
+    // A surface does not shade itself: looked up two texels of the map above it.
+    float texel_m = lights[i].more.w * (lights[i].place.w == 0.0 ? 1.0 : lit.distance_m);
+    vec3 above_m = surface_place_m + (2.0 * texel_m + 0.005) * normal;
+    irradiance += lit.lux * cosine * lit_share(lights[i], above_m + camera_m.xyz, lit.toward);
   }
   radiance = vec4(material.base_color.rgb / pi * irradiance + material.emission_cd_m2.rgb, 1);
 }
