@@ -11,6 +11,18 @@ double fraction(std::uint32_t bits) {
   return std::ldexp(bits, -32);
 }
 
+// Whether the density map leaves that drop.
+bool is_rained_on(const DensityMap& map, const RainSizeSpace& size, const RainCell& cell,
+                  const std::array<std::uint32_t, 3>& place, std::uint32_t k,
+                  std::uint32_t round) {
+  if (map.share.empty()) return true;
+  const Eigen::Vector2d at =
+      size.density_origin +
+      size.density_axes *
+          (size.cell_m * Eigen::Vector2d(cell.x + fraction(place[0]), cell.y + fraction(place[1])));
+  return fraction(rain_hash(cell.keys[2], k, round)[0]) < density_of_texel(map, at);
+}
+
 double hit_time_s(const RainSpace& space, const RainSizeSpace& size, const Eigen::Vector3d& at_m) {
   const double top_m = height_at(space.tops[static_cast<std::size_t>(size.top)],
                                  at_m.dot(size.frame.x), at_m.dot(size.frame.y));
@@ -55,7 +67,7 @@ void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& ce
         (local.floor_m + space.local_height_m * fraction(up)) * size.frame.z;
     const bool in_box = (centre_m.array() >= scene.rain.box_min_m.array()).all() &&
                         (centre_m.array() <= scene.rain.box_max_m.array()).all();
-    if (!in_box) continue;
+    if (!in_box || !is_rained_on(scene.rain.density, size, cell, place, k, round)) continue;
     const auto sets = static_cast<std::uint64_t>(oscillation_count);
     const auto oscillation = static_cast<int>((std::uint64_t{place[2]} * sets) >> 32);
     add(make_drop(space, size, {size_index, cell.x, cell.y, k, round}, centre_m, oscillation));

@@ -38,31 +38,71 @@ bool bounded_cells(const RainSizeSpace& size, CellRange& cells) {
   return true;
 }
 
-// Halves the longer side until a packet holds few enough: density is even, so that equal areas are
-// equal counts.
-void add_leaves(const RainPacket& packet, double most_cells, std::vector<RainPacket>& leaves) {
-  if (static_cast<double>(cell_count(packet.cells)) <= std::max(1.0, most_cells)) {
-    leaves.push_back(packet);
-    return;
-  }
-  RainPacket low = packet, high = packet;
-  const CellRange& c = packet.cells;
-  if (c.x1 - c.x0 >= c.y1 - c.y0)
-    low.cells.x1 = high.cells.x0 = c.x0 + (c.x1 - c.x0) / 2;
-  else
-    low.cells.y1 = high.cells.y0 = c.y0 + (c.y1 - c.y0) / 2;
-  add_leaves(low, most_cells, leaves);
-  add_leaves(high, most_cells, leaves);
+// Expected drops of a range of cells within the local height.
+double expected_drops(const Rain& rain, const RainSpace& space, const RainPacket& packet) {
+  const RainSizeSpace& size = size_of(space, packet.size);
+  return rain_area_m2(rain, size, packet.cells) * size.drops.drops_per_m3 * space.local_height_m;
 }
 
-bool build_tree(const RainSpace& space, RainPackets& packets) {
-  for (std::size_t i = 0; i < space.sizes.size(); ++i) {
-    const RainSizeSpace& size = space.sizes[i];
-    if (size.cell_m == 0) continue;
-    RainPacket root = {.size = static_cast<int>(i)};
-    if (!bounded_cells(size, root.cells)) return false;
-    add_leaves(root, packets.options.most_drops / drops_per_cell(space, size), packets.stored);
+struct TreeBuilder {
+  const Rain& rain;
+  const RainSpace& space;
+  double most_drops = 1;
+  std::vector<RainPacket> leaves = {};
+
+  // True where the packet is a leaf, kept or dry.
+  bool is_leaf(const RainPacket& packet) {
+    const double drops = expected_drops(rain, space, packet);
+    if (drops == 0) return true;
+    if (drops > most_drops && cell_count(packet.cells) > 1) return false;
+    leaves.push_back(packet);
+    return true;
   }
+
+  // Across the longer side, where half of the drops are on either side.
+  void halve(const RainPacket& packet) {
+    if (is_leaf(packet)) return;
+    const CellRange& c = packet.cells;
+    const bool along_x = c.x1 - c.x0 >= c.y1 - c.y0;
+    const auto part = [&](int at, bool low) {
+      RainPacket half = packet;
+      (along_x ? (low ? half.cells.x1 : half.cells.x0) : (low ? half.cells.y1 : half.cells.y0)) = at;
+      return half;
+    };
+    const double whole = expected_drops(rain, space, packet);
+    int first = (along_x ? c.x0 : c.y0) + 1, last = (along_x ? c.x1 : c.y1) - 1;
+    while (first < last) {
+      const int middle = first + (last - first) / 2;
+      if (expected_drops(rain, space, part(middle, true)) < whole / 2)
+        first = middle + 1;
+      else
+        last = middle;
+    }
+    halve(part(first, true));
+    halve(part(first, false));
+  }
+
+  void quarter(const RainPacket& packet) {
+    if (cell_count(packet.cells) == 0 || is_leaf(packet)) return;
+    const CellRange& c = packet.cells;
+    const int x = c.x0 + (c.x1 - c.x0 + 1) / 2, y = c.y0 + (c.y1 - c.y0 + 1) / 2;
+    for (const CellRange& part : {CellRange{c.x0, c.y0, x, y}, CellRange{x, c.y0, c.x1, y},
+                                  CellRange{c.x0, y, x, c.y1}, CellRange{x, y, c.x1, c.y1}})
+      quarter({packet.size, part});
+  }
+};
+
+bool build_tree(const Rain& rain, const RainSpace& space, RainPackets& packets) {
+  TreeBuilder halves{rain, space, packets.options.most_drops}, quarters = halves;
+  for (std::size_t i = 0; i < space.sizes.size(); ++i) {
+    if (space.sizes[i].cell_m == 0) continue;
+    RainPacket root = {.size = static_cast<int>(i)};
+    if (!bounded_cells(space.sizes[i], root.cells)) return false;
+    halves.halve(root);
+    quarters.quarter(root);
+  }
+  packets.quarters = quarters.leaves.size() < halves.leaves.size();
+  packets.stored = packets.quarters ? std::move(quarters.leaves) : std::move(halves.leaves);
   return true;
 }
 
@@ -181,8 +221,9 @@ struct SizeView {  // what is asked of a packet of one size
   PlanePolygon shadow = {};
   PacketSelection selection = PacketSelection::hull;
 
-  bool takes(const RainSpace& space, int size, const CellRange& cells) const {
+  bool takes(const Rain& rain, const RainSpace& space, int size, const CellRange& cells) const {
     if (shadow.empty() || cell_count(cells) == 0) return false;
+    if (rain_area_m2(rain, size_of(space, size), cells) == 0) return false;
     const double cell_m = size_of(space, size).cell_m;
     // A streak is wider than its path.
     const double beside_m = 4 * size_of(space, size).drops.r0_m;
@@ -202,7 +243,7 @@ int floor_divided(int a, int b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-void select_grid(const RainSpace& space, int size, int side, const SizeView& view,
+void select_grid(const Rain& rain, const RainSpace& space, int size, int side, const SizeView& view,
                  PacketChoice& choice) {
   const CellRange all = local_cells(space, size, view.local);
   for (int y = floor_divided(all.y0, side) * side; y < all.y1; y += side) {
@@ -210,7 +251,7 @@ void select_grid(const RainSpace& space, int size, int side, const SizeView& vie
       const CellRange cells = {std::max(x, all.x0), std::max(y, all.y0),
                                std::min(x + side, all.x1), std::min(y + side, all.y1)};
       ++choice.looked_at;
-      if (view.takes(space, size, cells)) choice.packets.push_back({size, cells});
+      if (view.takes(rain, space, size, cells)) choice.packets.push_back({size, cells});
     }
   }
 }
@@ -221,7 +262,8 @@ CellRange common(const CellRange& a, const CellRange& b) {
 
 }  // namespace
 
-RainPackets make_rain_packets(const RainSpace& space, const PacketOptions& options) {
+RainPackets make_rain_packets(const Rain& rain, const RainSpace& space,
+                              const PacketOptions& options) {
   if (!(options.most_drops >= 1))
     throw std::runtime_error(
         fmt::format("packets of {} drops; expected 1 or more", options.most_drops));
@@ -235,7 +277,7 @@ RainPackets make_rain_packets(const RainSpace& space, const PacketOptions& optio
   if (scheme == PacketScheme::automatic && space.expected_drops <= options.most_drops)
     scheme = PacketScheme::world;
   if (scheme == PacketScheme::automatic || scheme == PacketScheme::tree) {
-    const bool built = build_tree(space, packets);
+    const bool built = build_tree(rain, space, packets);
     if (!built && scheme == PacketScheme::tree)
       throw std::runtime_error(
           "packets: a tree over a rain without bounds; expected rain.box_min_m and box_max_m, or "
@@ -272,7 +314,7 @@ PlanePolygon view_shadow(const RainSpace& space, int size_index, const LocalSpac
   return convex_hull(std::move(shadow));
 }
 
-PacketChoice select_packets(const RainSpace& space, const RainPackets& packets,
+PacketChoice select_packets(const Rain& rain, const RainSpace& space, const RainPackets& packets,
                             const Camera& camera, double time_s) {
   PacketChoice choice;
   std::vector<SizeView> views;
@@ -286,7 +328,7 @@ PacketChoice select_packets(const RainSpace& space, const RainPackets& packets,
         choice.packets.push_back({size, local_cells(space, size, view.local)});
         ++choice.looked_at;
       } else if (packets.options.scheme == PacketScheme::grid) {
-        select_grid(space, size, packets.grid_cells[i], view, choice);
+        select_grid(rain, space, size, packets.grid_cells[i], view, choice);
       }
     }
     views.push_back(std::move(view));
@@ -294,22 +336,25 @@ PacketChoice select_packets(const RainSpace& space, const RainPackets& packets,
   for (const RainPacket& leaf : packets.stored) {
     const SizeView& view = views[static_cast<std::size_t>(leaf.size)];
     ++choice.looked_at;
-    if (view.takes(space, leaf.size, leaf.cells))
+    if (view.takes(rain, space, leaf.size, leaf.cells))
       choice.packets.push_back(
           {leaf.size, common(leaf.cells, local_cells(space, leaf.size, view.local))});
   }
   return choice;
 }
 
-std::vector<SizedCell> packet_cells(const RainSpace& space, const PacketChoice& choice,
-                                    const Camera& camera, double time_s) {
+std::vector<SizedCell> packet_cells(const Rain& rain, const RainSpace& space,
+                                    const PacketChoice& choice, const Camera& camera,
+                                    double time_s) {
   std::vector<SizedCell> cells;
   for (const RainPacket& packet : choice.packets) {
     const LocalSpace local = local_space(space, packet.size, camera.position_m, time_s);
     for (int y = packet.cells.y0; y < packet.cells.y1; ++y) {
       for (int x = packet.cells.x0; x < packet.cells.x1; ++x) {
-        if (in_prism(space, packet.size, local, x, y))
-          cells.push_back({packet.size, rain_cell(size_of(space, packet.size), x, y)});
+        const RainSizeSpace& size = size_of(space, packet.size);
+        if (in_prism(space, packet.size, local, x, y) &&
+            rain_area_m2(rain, size, {x, y, x + 1, y + 1}) > 0)
+          cells.push_back({packet.size, rain_cell(size, x, y)});
       }
     }
   }

@@ -1,7 +1,8 @@
 // Which of the rain's cells a picture can show. Cells are looked at in packets, after Creus (2010):
 //   world   one packet for all of a size: no selection
-//   tree    the leaves of a kd-tree over the plane across the fall: each halves the drops until a
-//           leaf holds at most a packet's; only for a box that is bounded across the fall
+//   tree    the leaves of a kd-tree (halves of equal numbers of drops) or of a quad-tree (quarters of
+//           equal area) over the plane across the fall, whichever has fewer, each at most a packet's
+//           drops; only for a box that is bounded across the fall
 //   grid    squares of as many cells as hold at most a packet's drops
 // and `automatic` is the one that needs the fewest packets. All draw the same drops in the same
 // order: the scheme decides about time alone.
@@ -38,11 +39,13 @@ struct RainPacket {
 struct RainPackets {
   PacketOptions options = {};  // scheme: the one taken
   std::vector<RainPacket> stored = {};  // of the tree
+  bool quarters = false;                // it is a quad-tree
   std::vector<int> grid_cells = {};     // along a side of a packet of the grid, for each size
 };
 
 // Throws std::runtime_error for a tree over a box that is not bounded, and for most_drops < 1.
-RainPackets make_rain_packets(const RainSpace& space, const PacketOptions& options);
+RainPackets make_rain_packets(const Rain& rain, const RainSpace& space,
+                              const PacketOptions& options);
 
 // The plane's part that a picture can show: convex, counter-clockwise; empty where it shows none of
 // the slab.
@@ -55,16 +58,17 @@ struct PacketChoice {
   long looked_at = 0;  // taken or not
 };
 
-PacketChoice select_packets(const RainSpace& space, const RainPackets& packets,
+PacketChoice select_packets(const Rain& rain, const RainSpace& space, const RainPackets& packets,
                             const Camera& camera, double time_s);
 
-// The cells of the packets that lie in the prism, in drop_field's order.
+// The cells of the packets that lie in the prism and are rained on, in drop_field's order.
 struct SizedCell {
   int size = 0;
   RainCell cell = {};
 };
-std::vector<SizedCell> packet_cells(const RainSpace& space, const PacketChoice& choice,
-                                    const Camera& camera, double time_s);
+std::vector<SizedCell> packet_cells(const Rain& rain, const RainSpace& space,
+                                    const PacketChoice& choice, const Camera& camera,
+                                    double time_s);
 
 std::string packet_scheme_name(PacketScheme scheme);
 

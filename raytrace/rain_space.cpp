@@ -210,9 +210,25 @@ double expected_drops(const Rain& rain, const RainSpace& space) {
     const double width = 2 * space.culling_radius_m;
     const double area_m2 = std::min(pi / 4 * width * width, std::min(x.high_m - x.low_m, width) *
                                                                 std::min(y.high_m - y.low_m, width));
-    sum += size.drops.drops_per_m3 * area_m2 * space.local_height_m;
+    const DensityMap& map = rain.density;
+    const double share = map.share.empty() ? 1 : map.sums.back() / (map.width * map.height);
+    sum += size.drops.drops_per_m3 * area_m2 * space.local_height_m * share;
   }
   return sum;
+}
+
+// Where a fall through a place of the frame's plane leads through the density map: linear in x and y.
+void set_density(const DensityMap& map, RainSizeSpace& size) {
+  if (map.share.empty()) return;
+  const FallFrame& frame = size.frame;
+  const auto through = [&](double x, double y) -> Eigen::Vector2d {
+    const Eigen::Vector3d across = x * frame.x + y * frame.y;
+    const Eigen::Vector3d at = across + (map.height_m - across.z()) / frame.z.z() * frame.z;
+    return density_texel(map, at.head<2>());
+  };
+  size.density_origin = through(0, 0);
+  size.density_axes.col(0) = through(1, 0) - size.density_origin;
+  size.density_axes.col(1) = through(0, 1) - size.density_origin;
 }
 
 // The mesh in the frame's plane, as far as the box reaches.
@@ -251,6 +267,7 @@ void add_size(const Scene& scene, const RainSize& drops, RainSpace& space) {
   size.stream = rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                           index);
   size.top = top_for(scene, size.frame, space);
+  set_density(scene.rain.density, size);
   size.box_x = box_along(scene.rain, size.frame.x);
   size.box_y = box_along(scene.rain, size.frame.y);
   size.box_z = box_along(scene.rain, size.frame.z);
@@ -363,6 +380,25 @@ CellRange local_cells(const RainSpace& space, int size_index, const LocalSpace& 
   between(local.centre_m.x(), size.box_x, cells.x0, cells.x1);
   between(local.centre_m.y(), size.box_y, cells.y0, cells.y1);
   return cells;
+}
+
+double rain_area_m2(const Rain& rain, const RainSizeSpace& size, const CellRange& cells) {
+  const double cell_m = size.cell_m;
+  const double area_m2 = cell_m * cell_m * static_cast<double>(cells.x1 - cells.x0) *
+                         static_cast<double>(cells.y1 - cells.y0);
+  const DensityMap& map = rain.density;
+  if (map.share.empty()) return area_m2;
+  Eigen::Vector2d low(1e300, 1e300), high = -low;
+  for (const int x : {cells.x0, cells.x1}) {
+    for (const int y : {cells.y0, cells.y1}) {
+      const Eigen::Vector2d at =
+          size.density_origin + size.density_axes * (cell_m * Eigen::Vector2d(x, y));
+      low = low.cwiseMin(at);
+      high = high.cwiseMax(at);
+    }
+  }
+  const double texel_m2 = 1 / std::abs(size.density_axes.determinant());
+  return texel_m2 * density_sum(map, low, high);
 }
 
 bool in_prism(const RainSpace& space, int size_index, const LocalSpace& local, int x, int y) {

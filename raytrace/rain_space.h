@@ -28,6 +28,8 @@
 //                  p     = rain_hash(keys[1], k, n)
 //                  x     = cell (x + p[0] 2^-32),  y alike,  z = B + h up 2^-32
 //                  oscillation = (p[2] oscillation_count) >> 32
+//                  there is no such drop where rain_hash(keys[2], k, n)[0] 2^-32 is not below the
+//                  density (raytrace/density_map.h) of the place where it fell through its map
 #pragma once
 
 #include <array>
@@ -36,6 +38,7 @@
 
 #include <Eigen/Core>
 
+#include "raytrace/density_map.h"
 #include "raytrace/fall_frame.h"
 #include "raytrace/scene.h"
 #include "raytrace/top_height.h"
@@ -61,6 +64,8 @@ struct RainSizeSpace {
   double cell_m = 0;                             // 0: not of the rain, only of single drops
   int top = 0;                                   // of RainSpace::tops
   Extent box_x = {}, box_y = {}, box_z = {};     // the box along the frame's axes
+  Eigen::Matrix2d density_axes = Eigen::Matrix2d::Zero();  // texel of the density map =
+  Eigen::Vector2d density_origin = {0, 0};                 // origin + axes (x, y)
   std::array<std::uint32_t, 3> stream = {};
   std::vector<double> count_at_most = {};        // [n]: probability of n drops or fewer in a cell
 };
@@ -115,6 +120,10 @@ struct CellRange {  // x0 .. x1 - 1, y0 .. y1 - 1
 // The cells around those of the prism, as far as the box reaches; empty (x0 >= x1) where there are
 // none.
 CellRange local_cells(const RainSpace& space, int size, const LocalSpace& local);
+
+// The area across the fall of a range of cells, times the density there: not less than what falls
+// there, and 0 only where nothing does. m^2.
+double rain_area_m2(const Rain& rain, const RainSizeSpace& size, const CellRange& cells);
 
 // Whether a cell belongs to the prism.
 bool in_prism(const RainSpace& space, int size, const LocalSpace& local, int x, int y);

@@ -193,6 +193,17 @@ void read_box(TomlReader& reader, Rain& rain) {
   }
 }
 
+void read_density(TomlReader& reader, Rain& rain) {
+  std::string picture;
+  reader.optional("density_map", picture);
+  if (picture.empty()) return;
+  if (!reader.has("box_min_m") || !reader.has("box_max_m"))
+    reader.refuse("density_map", "rain.density_map without a box; expected box_min_m and box_max_m");
+  rain.density = read_density_map(absolute_beside(reader.file(), picture),
+                                  rain.box_min_m.head<2>(), rain.box_max_m.head<2>(),
+                                  rain.box_max_m.z());
+}
+
 // What of the rain does not fall, or too fast for a closed form of 1e7 s.
 void refuse_odd_velocities(const TomlReader& reader, const Rain& rain) {
   for (const RainSize& size : rain.sizes) {
@@ -226,6 +237,7 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
   reader.optional("seed", seed);
   rain.seed = seed;
   read_box(reader, rain);
+  read_density(reader, rain);
   reader.optional("culling_radius_m", rain.culling_radius_m, {0, 1e4, true}, "m");
   reader.optional("local_height_m", rain.local_height_m, {0.01, 1e4}, "m");
   reader.optional("lost_share", rain.lost_share, {0.001, 0.9});

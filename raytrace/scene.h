@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "raytrace/density_map.h"
+
 namespace pluvia {
 
 struct Camera {
@@ -87,6 +89,7 @@ struct Rain {
   // Drops are where their centre at shutter-open is inside; each side >= 1 mm.
   Eigen::Vector3d box_min_m = {-1e6, -1e6, -1e6};
   Eigen::Vector3d box_max_m = {1e6, 1e6, 1e6};
+  DensityMap density = {};  // over the box, at its upper end; the sizes are what falls where it is white
   // How far from the camera drops are drawn (raytrace/rain_space.h); 0: as near as lost_share of
   // the visible rain allows.
   double culling_radius_m = 0;
@@ -124,6 +127,7 @@ struct Scene {
 //   [environment]  map and scale_cd_m2, or uniform_cd_m2
 //   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
 //   [rain]         one of drops_per_m3, drops_per_m2_s (through a level plane), rate_mm_h;
+//                  density_map (a grey picture over the box, which must then be given, north up);
 //                  box_min_m, box_max_m, culling_radius_m, local_height_m, lost_share, seed,
 //                  fall_direction (of any length; downward);
 //                  without rate_mm_h one size: mean_radius_m, fall_speed_m_s (Beard's for it);

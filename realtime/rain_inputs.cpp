@@ -129,6 +129,7 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
                      static_cast<int>(atlas.lights.size()), static_cast<int>(atlas.views.size())};
   const int finest = finest_level_needed(scene, atlas, options);
   uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
+  uniforms.density = {scene.rain.density.width, scene.rain.density.height, 0, 0};
   return uniforms;
 }
 
@@ -152,6 +153,8 @@ std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& spa
                         times.each_s / scene.camera.exposure_s},
                        size.speed_m_s);
     gpu.top_grid = to_glm({0, 0, top.texel_m}, -1e30);
+    const Eigen::Matrix2d& axes = size.density_axes;
+    gpu.density_axes = to_glm({axes(0, 0), axes(1, 0), axes(0, 1)}, axes(1, 1));
     gpu.top_layout = {first_height[static_cast<std::size_t>(size.top)], top.width, top.height, 0};
     gpu.run.z = static_cast<std::uint32_t>(times.count);
     sizes.push_back(gpu);
@@ -209,8 +212,14 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
     const FallFrame& frame = size.frame;
     const Eigen::Vector3d place =
         corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
-    add({to_glm(place - camera_m, 0), in_top(space, size, corner),
-         {sized.cell.keys[0], sized.cell.keys[1], 0, 0}, {sized.size, -1, 0, 0}},
+    const Eigen::Vector2d density =
+        size.density_origin + size.density_axes * corner.head<2>();
+    const auto thinning_key = static_cast<int>(sized.cell.keys[2]);
+    add({.corner_m = to_glm(place - camera_m, 0),
+         .corner_top = in_top(space, size, corner),
+         .corner_density = to_glm({density.x(), density.y(), 0}, 0),
+         .drops = {sized.cell.keys[0], sized.cell.keys[1], 0, 0},
+         .what = {sized.size, -1, thinning_key, 0}},
         sized.cell.count * sizes[index].run.z);
   }
   for (std::size_t i = 0; i < scene.drops.size(); ++i) {
@@ -219,8 +228,9 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
     const FallFrame& frame = space.sizes[index].frame;
     const Eigen::Vector3d place = drop.centre_m + time_s * drop.velocity_m_s;
     const Eigen::Vector3d corner(place.dot(frame.x), place.dot(frame.y), place.dot(frame.z));
-    add({to_glm(place - camera_m, 0), in_top(space, space.sizes[index], corner), {},
-         {space.single_sizes[i], drop.oscillation % oscillation_count, 0, 0}},
+    add({.corner_m = to_glm(place - camera_m, 0),
+         .corner_top = in_top(space, space.sizes[index], corner),
+         .what = {space.single_sizes[i], drop.oscillation % oscillation_count, 0, 0}},
         sizes[index].run.z);
   }
   return groups;

@@ -25,6 +25,7 @@ struct RainUniforms {  // rain_uniforms.glsl, member by member
   glm::vec4 environment = {};
   glm::ivec4 counts = {};
   glm::ivec4 sizes = {};
+  glm::ivec4 density = {};
 };
 
 struct GpuRainSize {  // RainSize of rain_uniforms.glsl
@@ -32,6 +33,7 @@ struct GpuRainSize {  // RainSize of rain_uniforms.glsl
   glm::vec4 velocity_m_s = {};
   glm::vec4 times = {};
   glm::vec4 top_grid = {};
+  glm::vec4 density_axes = {};
   glm::ivec4 top_layout = {};
   glm::uvec4 run = {};
 };
@@ -39,6 +41,7 @@ struct GpuRainSize {  // RainSize of rain_uniforms.glsl
 struct GpuDropGroup {  // DropGroup of rain_drops.glsl
   glm::vec4 corner_m = {};
   glm::vec4 corner_top = {};
+  glm::vec4 corner_density = {};
   glm::uvec4 drops = {};
   glm::ivec4 what = {};
 };

@@ -35,6 +35,7 @@ enum Binding : GLuint {
   sizes_at,
   groups_at,
   top_heights_at,
+  densities_at,
   shadow_views_at,
   shadow_maps_at,
   sums_at
@@ -61,6 +62,7 @@ ShaderDefines defines(bool shadows) {
                                                      {"RAIN_SIZES", sizes_at},
                                                      {"DROP_GROUPS", groups_at},
                                                      {"TOP_HEIGHTS", top_heights_at},
+                                                     {"DENSITIES", densities_at},
                                                      {"SHADOW_VIEWS", shadow_views_at},
                                                      {"SHADOW_MAPS", shadow_maps_at},
                                                      {"CUMULATIVE", sums_at}};
@@ -85,6 +87,7 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(sizes_at, pass.size_buffer);
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
+  bind_storage(densities_at, pass.densities);
   glBindTextureUnit(sums_at, pass.sums.id());
 }
 
@@ -137,9 +140,9 @@ void upload_uniforms(const RainPass& pass) {
 // The groups of drops that this frame looks at.
 void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   const PacketChoice choice =
-      select_packets(pass.space, pass.packets, scene.camera, time_s);
+      select_packets(scene.rain, pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
-      packet_cells(pass.space, choice, scene.camera, time_s);
+      packet_cells(scene.rain, pass.space, choice, scene.camera, time_s);
   set_frame(scene, pass.space, time_s, pass.uniforms, pass.sizes);
   pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   pass.groups = drop_groups(scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
@@ -205,7 +208,7 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
   pass.space = make_rain_space(scene);
-  pass.packets = make_rain_packets(pass.space, options.packets);
+  pass.packets = make_rain_packets(scene.rain, pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, pass.space, atlas);
   // w tells the shader whether there is anything to look up.
@@ -215,6 +218,7 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
       atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
   pass.sums = upload_sums(cumulative.sums);
   pass.sums_bytes = cumulative.sums.size() * sizeof(float);
+  pass.densities = make_buffer(scene.rain.density.share);
   pass.top_heights = upload_top_heights(pass.space);
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);

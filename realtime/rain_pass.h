@@ -29,7 +29,8 @@ struct RainPass {
   std::size_t sums_bytes = 0;
   std::size_t capacity = 0;        // streaks that the record buffers hold
   std::size_t group_capacity = 0;  // groups that their buffers hold
-  GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {};
+  GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {},
+           densities = {};
   GlBuffer group_starts = {}, streaks = {}, lit_streaks = {};
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
   GlBuffer quad_indices = {};

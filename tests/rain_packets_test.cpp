@@ -80,9 +80,9 @@ TEST(RainPackets, EverySchemeTakesEveryDropThatThePictureShows) {
     for (const PacketScheme scheme : schemes) {
       for (const auto selection : {PacketSelection::hull, PacketSelection::rectangle}) {
         for (const double most : {1.0, 300.0, 1e9}) {
-          const RainPackets packets = make_rain_packets(space, {scheme, selection, most});
-          const PacketChoice choice = select_packets(space, packets, scene.camera, 1.3);
-          const CellNames cells = names_of(packet_cells(space, choice, scene.camera, 1.3));
+          const RainPackets packets = make_rain_packets(scene.rain, space, {scheme, selection, most});
+          const PacketChoice choice = select_packets(scene.rain, space, packets, scene.camera, 1.3);
+          const CellNames cells = names_of(packet_cells(scene.rain, space, choice, scene.camera, 1.3));
           for (const Drop& drop : shown)
             ASSERT_TRUE(cells.count({drop.name.size, drop.name.cell_x, drop.name.cell_y}))
                 << view.name << ", " << packet_scheme_name(scheme) << ", " << most;
@@ -98,8 +98,8 @@ TEST(RainPackets, TheHullTakesFewerThanTheRectangle) {
     const Scene scene = scene_for(view);
     const RainSpace space = make_rain_space(scene);
     const auto taken = [&](PacketSelection selection) {
-      const auto packets = make_rain_packets(space, {PacketScheme::grid, selection, 100});
-      return static_cast<double>(select_packets(space, packets, scene.camera, 0).packets.size());
+      const auto packets = make_rain_packets(scene.rain, space, {PacketScheme::grid, selection, 100});
+      return static_cast<double>(select_packets(scene.rain, space, packets, scene.camera, 0).packets.size());
     };
     EXPECT_LE(taken(PacketSelection::hull), taken(PacketSelection::rectangle)) << view.name;
     hull += taken(PacketSelection::hull);
@@ -162,7 +162,7 @@ TEST(RainPackets, AutomaticTakesTheSchemeOfFewestPackets) {
   Scene scene = scene_for(views[0]);
   RainSpace space = make_rain_space(scene);
   const auto taken = [&](double most) {
-    return make_rain_packets(space, {.most_drops = most}).options.scheme;
+    return make_rain_packets(scene.rain, space, {.most_drops = most}).options.scheme;
   };
   EXPECT_EQ(taken(1e6), PacketScheme::world);
   // A prism wider than the box: a tree over the box has the fewer.
@@ -178,17 +178,17 @@ TEST(RainPackets, AutomaticTakesTheSchemeOfFewestPackets) {
   scene.rain.box_max_m = Rain().box_max_m;
   space = make_rain_space(scene);
   EXPECT_EQ(taken(100), PacketScheme::grid);
-  EXPECT_NE(message_of([&] { make_rain_packets(space, {.scheme = PacketScheme::tree}); })
+  EXPECT_NE(message_of([&] { make_rain_packets(scene.rain, space, {.scheme = PacketScheme::tree}); })
                 .find("a tree over a rain without bounds"),
             std::string::npos);
-  EXPECT_NE(message_of([&] { make_rain_packets(space, {.most_drops = 0}); }).find("expected 1 or"),
+  EXPECT_NE(message_of([&] { make_rain_packets(scene.rain, space, {.most_drops = 0}); }).find("expected 1 or"),
             std::string::npos);
 }
 
 TEST(RainPackets, ATreesLeavesCoverTheBoxOnceAndHoldNoMoreThanTold) {
   const Scene scene = scene_for(views[0]);
   const RainSpace space = make_rain_space(scene);
-  const RainPackets packets = make_rain_packets(space, {PacketScheme::tree, {}, 700});
+  const RainPackets packets = make_rain_packets(scene.rain, space, {PacketScheme::tree, {}, 700});
   CellNames cells;
   for (const RainPacket& leaf : packets.stored) {
     const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(leaf.size)];

@@ -211,8 +211,15 @@ TEST(RainRenderer, SlantedRainOfSeveralSizesIsWhereTheDropFieldSays) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = mixed_scene();
   scene.drops.clear();  // after a day it has fallen 700 km
+  DensityMap& map = scene.rain.density;
+  map = {.width = 16, .height = 16};
+  for (int i = 0; i < 256; ++i) map.share.push_back(static_cast<float>(i * 37 % 256) / 255.0f);
+  sum_density(map);
   for (const double far_m : {0.0, 1e4}) {
     const Eigen::Vector3d to(far_m, -far_m, 0);
+    map.min_m = Eigen::Vector2d(-6, -6) + to.head<2>();
+    map.max_m = Eigen::Vector2d(6, 12) + to.head<2>();
+    map.height_m = 7;
     scene.camera.position_m += to;
     scene.camera.target_m += to;
     scene.rain.box_min_m += to;

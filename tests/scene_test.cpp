@@ -159,6 +159,8 @@ TEST(Scene, AnythingOutOfRangeIsRefusedWithItsPlace) {
   EXPECT_EQ(refusal_of(camera + "[wind]\nvelocity_m_s = [0, 0, 9]\n[rain]\ndrops_per_m3 = 1\n"),
             "11:1: rain: drops of 3.2 mm move at (0, 0, 0.7449) m/s; expected a fall of 0.01 m/s or "
             "more, at most 200 m/s in all");
+  EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 4\ndensity_map = \"a.png\"\n"),
+            "11:1: rain.density_map without a box; expected box_min_m and box_max_m");
   EXPECT_EQ(refusal_of(camera + "[wind]\n"),
             "9:1: wind.velocity_m_s is missing; expected an array of 3 numbers");
   EXPECT_EQ(refusal_of(camera + "[[drop]]\ncentre_m = [0, 0, 0]\nvelocity_m_s = [0, 0, 0]\n"),

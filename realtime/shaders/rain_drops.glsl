@@ -4,11 +4,14 @@
 struct DropGroup {  // what a group of threads works on: drops of one cell, or one single drop
   vec4 corner_m;    // of the cell at the slab's lower end, or the drop's centre; from the camera
   vec4 corner_top;  // the corner in the frame's x, y and z, as the top heights know them
+  vec4 corner_density;  // in texels of the density map
   uvec4 drops;      // the cell's two keys; first and number of its drops and segments
-  ivec4 what;       // size; oscillation set of a single drop, else -1
+  ivec4 what;       // size; oscillation set of a single drop, else -1; the cell's third key
 };
 layout(std430, binding = DROP_GROUPS) readonly buffer DropGroups { DropGroup drop_groups[]; };
 layout(std430, binding = TOP_HEIGHTS) readonly buffer TopHeights { float top_heights[]; };
+
+layout(std430, binding = DENSITIES) readonly buffer Densities { float densities[]; };
 
 struct Drop {
   vec3 centre_m;     // at shutter-open, from the camera
@@ -43,6 +46,13 @@ float surface_m(RainSize size, vec2 place_m) {
          beside_m.y * top_heights[first + 2];
 }
 
+// The share of the rain that falls there.
+float density_share(vec2 texel) {
+  ivec2 at = ivec2(floor(texel));
+  if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, density.xy))) return 0.0;
+  return densities[at.y * density.x + at.x];
+}
+
 // False where there is no such drop, or it is outside the rain's box.
 bool drop_at(uint group_number, uint place_in_group, out Drop drop) {
   if (group_number >= uint(sizes.x)) return false;
@@ -62,6 +72,12 @@ bool drop_at(uint group_number, uint place_in_group, out Drop drop) {
     uvec3 place = rain_hash(uvec3(group.drops.y, k, round_number));
     moved = vec3(size.axis_x.w * fraction(place.x), size.axis_x.w * fraction(place.y),
                  size.axis_y.w * fraction(up));
+    if (density.x != 0) {
+      vec2 texel = group.corner_density.xy + moved.x * size.density_axes.xy +
+                   moved.y * size.density_axes.zw;
+      uvec3 thin = rain_hash(uvec3(uint(group.what.z), k, round_number));
+      if (!(fraction(thin.x) < density_share(texel))) return false;
+    }
     uint set, low;
     umulExtended(place.z, uint(counts.x), set, low);
     drop.layer = int(set);

@@ -12,6 +12,7 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 environment;  // radiance in cd/m^2; w: 0 for none
   ivec4 counts;      // oscillation sets, lights of the scene, lights of the atlas, views
   ivec4 sizes;       // groups of drops, finest level, coarsest level, streaks drawn
+  ivec4 density;     // texels of the density map across and down; 0 for none
 };
 
 struct RainSize {     // drops of one size and velocity
@@ -21,6 +22,7 @@ struct RainSize {     // drops of one size and velocity
   vec4 velocity_m_s;  // w: radius in m
   vec4 times;         // of a segment, of the exposure (s); their ratio; speed in m/s
   vec4 top_grid;      // corner of the top heights in x and y, texel; what lies outside the grid
+  vec4 density_axes;  // texels of the density map for a metre of x, for one of y
   ivec4 top_layout;   // first height, texels along x, along y
   uvec4 run;          // phase, round, segments
 };
