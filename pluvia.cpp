@@ -214,11 +214,17 @@ struct RenderFlags {
   int frames = 1;
   int frames_per_s = 24;
   double start_s = 1;
+  bool plan = false;
 };
 
 void render(const RenderFlags& flags) {
   const pluvia::Scene scene = pluvia::read_scene(flags.scene);
   pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas));
+  if (flags.plan) {
+    fmt::print("{}", pluvia::plan_text(renderer.plan()));
+    return;
+  }
+  if (flags.out.empty()) throw CLI::ValidationError("--out", "is required without --plan");
   pluvia::make_folder(flags.out);
   std::optional<pluvia::VideoWriter> video;
   // libx264 in its common format takes even sizes only.
@@ -228,11 +234,11 @@ void render(const RenderFlags& flags) {
                   flags.frames_per_s);
   }
   ProgressLine progress;
-  double rain_s = 0;
+  std::vector<std::vector<pluvia::PassCost>> costs;
   for (int k = 0; k < flags.frames; ++k) {
     const pluvia::Frame frame =
         renderer.render(flags.start_s + static_cast<double>(k) / flags.frames_per_s);
-    rain_s += frame.timing.rain_s / flags.frames;
+    costs.push_back(frame.costs);
     const std::string name = fmt::format("{}/frame_{:04d}", flags.out, k);
     pluvia::write_exr(name + ".exr", frame.color);
     pluvia::write_png(name + ".png", frame.color, scene.camera.white_cd_m2);
@@ -240,8 +246,16 @@ void render(const RenderFlags& flags) {
     progress(name, static_cast<double>(k + 1) / flags.frames);
   }
   if (video) video->finish();
-  fmt::print("{}: {} frames{}, rain {:.0f} ms a frame on {}\n", flags.out, flags.frames,
-             video ? " and rain.mp4" : "", 1e3 * rain_s, renderer.gl_info().renderer);
+  pluvia::write_file_atomically(flags.out + "/costs.json",
+                                pluvia::costs_json(renderer.plan(), costs));
+  std::string passes;
+  for (std::size_t i = 0; i < costs.front().size(); ++i) {
+    double seconds = 0;
+    for (const auto& frame : costs) seconds += frame[i].wall_s / static_cast<double>(costs.size());
+    passes += fmt::format(", {} {:.0f} ms", costs.front()[i].pass, 1e3 * seconds);
+  }
+  fmt::print("{}: {} frames{}{} a frame on {}\n", flags.out, flags.frames,
+             video ? " and rain.mp4" : "", passes, renderer.gl_info().renderer);
 }
 
 struct ValidateFlags {
@@ -513,7 +527,10 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
   CLI::App* command = app.add_subcommand("render", "render rain in a scene, in real time");
   command->add_option("scene", flags.scene, "scene, TOML")->required();
   command->add_option("--atlas", flags.atlas, "folder of the atlas")->required();
-  command->add_option("--out", flags.out, "folder of the frames: EXR, PNG, rain.mp4")->required();
+  command->add_option("--out", flags.out,
+                      "folder of the frames: EXR, PNG, rain.mp4, costs.json (of each pass)");
+  command->add_flag("--plan", flags.plan,
+                    "only print the passes, shaders and bytes that the scene calls for");
   command->add_option("--frames", flags.frames, "number of frames")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();

@@ -153,7 +153,7 @@ std::vector<RainSize> read_one_size(TomlReader& reader, const Eigen::Vector3d& d
 }
 
 std::vector<RainSize> read_distribution(TomlReader& reader, const Eigen::Vector3d& direction,
-                                        const Eigen::Vector3d& wind_m_s) {
+                                        const Eigen::Vector3d& wind_m_s, double& undrawn_per_m) {
   SizeDistribution rain;
   reader.required("rate_mm_h", rain.rate_mm_h, {0, 300}, "mm/h");
   std::string law = "marshall-palmer";
@@ -169,10 +169,12 @@ std::vector<RainSize> read_distribution(TomlReader& reader, const Eigen::Vector3
   double least_mm = 0.5;
   reader.optional("least_diameter_mm", least_mm, {0.05, 6}, "mm");
   std::vector<RainSize> sizes;
+  undrawn_per_m = 0;
   if (rain.rate_mm_h == 0) return sizes;
   if (rain.rate_mm_h < 0.01)
     reader.refuse("rate_mm_h", fmt::format("rain.rate_mm_h = {}; expected 0 or 0.01 .. 300 mm/h",
                                            rain.rate_mm_h));
+  undrawn_per_m = extinction_per_m(rain) - extinction_per_m(rain, 1e-3 * least_mm);
   for (const SizeClass& drops : size_classes(rain, count, 1e-3 * least_mm))
     sizes.push_back({.r0_m = drops.diameter_m / 2,
                      .drops_per_m3 = drops.drops_per_m3,
@@ -231,7 +233,7 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
     reader.refuse("seed", fmt::format("rain has {} of drops_per_m3, drops_per_m2_s and rate_mm_h; "
                                       "expected one of them",
                                       ways));
-  rain.sizes = reader.has("rate_mm_h") ? read_distribution(reader, direction, wind_m_s)
+  rain.sizes = reader.has("rate_mm_h") ? read_distribution(reader, direction, wind_m_s, rain.undrawn_per_m)
                                        : read_one_size(reader, direction, wind_m_s);
   unsigned long long seed = rain.seed;
   reader.optional("seed", seed);
@@ -251,6 +253,14 @@ Eigen::Vector3d read_wind(TomlReader reader) {
   reader.required("velocity_m_s", velocity_m_s, {-100, 100});
   reader.finish();
   return velocity_m_s;
+}
+
+Fog read_fog(TomlReader reader) {
+  Fog fog;
+  reader.optional("extinction_per_m", fog.extinction_per_m, {0, 10}, "1/m");
+  reader.optional("asymmetry", fog.asymmetry, {-0.99, 0.99});
+  reader.finish();
+  return fog;
 }
 
 SingleDrop read_drop(TomlReader reader) {
@@ -339,6 +349,12 @@ Scene read_scene(const std::string& file) {
   if (reader.has("wind")) wind_m_s = read_wind(reader.table("wind"));
   if (reader.has("rain")) scene.rain = read_rain(reader.table("rain"), wind_m_s);
   for (TomlReader& drop : reader.tables("drop")) scene.drops.push_back(read_drop(drop));
+  if (reader.has("fog")) scene.fog = read_fog(reader.table("fog"));
+  if (reader.has("glow")) {
+    reader.table("glow").finish();
+    if (!scene.fog) reader.refuse("glow", "glow without fog; expected a table [fog]");
+    scene.glow.emplace();
+  }
   if (reader.has("geometry")) {
     TomlReader geometry = reader.table("geometry");
     geometry.required("file", scene.geometry_file);

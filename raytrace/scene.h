@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -95,6 +96,7 @@ struct Rain {
   double culling_radius_m = 0;
   double local_height_m = 0;
   double lost_share = 0.05;
+  double undrawn_per_m = 0;  // extinction of drops smaller than those of `sizes`, Q = 1
   std::uint64_t seed = 1;
 };
 
@@ -105,6 +107,14 @@ struct SingleDrop {  // falls for ever, through everything
   int oscillation = 0;  // the oscillation set
 };
 
+// Effects: a scene has those whose table its file holds, and no other costs anything.
+struct Fog {                      // raytrace/rain_fog.h
+  double extinction_per_m = 0;    // of mist, besides what the rain takes
+  double asymmetry = 0.884;       // mean cosine of scattering: a sphere of water, without diffraction
+};
+
+struct Glow {};  // the light that the fog scatters from lamps and suns
+
 struct Scene {
   Camera camera = {};                        // without a path, always; with one, at its first key
   std::vector<CameraKey> camera_path = {};   // ascending times
@@ -114,6 +124,8 @@ struct Scene {
   Mesh mesh = {};
   Rain rain = {};
   std::vector<SingleDrop> drops = {};  // beside the rain's
+  std::optional<Fog> fog = {};
+  std::optional<Glow> glow = {};  // only with fog
 };
 
 // The file's tables and their keys (r: required):
@@ -134,6 +146,8 @@ struct Scene {
 //                  with it several: distribution ("marshall-palmer" or "willis"), sizes (1 .. 16),
 //                  least_diameter_mm; each has Beard's fall speed
 //   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
+//   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99); needs rain
+//   [glow]         lamps and suns shine in the fog; needs [fog]
 //   [[drop]]       centre_m r (at time 0), radius_m, velocity_m_s, oscillation: a drop by itself
 // [camera] is required; without the others a scene has no light, no surface, no rain. Paths are
 // relative to the file; those of the result are absolute. Throws std::runtime_error with

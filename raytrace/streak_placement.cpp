@@ -113,6 +113,7 @@ std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop
   if (end_s < times.each_s) placed.clip_row = top_row + placed.path_rows * (end_s / times.each_s);
   placed.time_share = times.each_s / scene.camera.exposure_s;
   placed.depth_m = m.z();
+  placed.distance_m = m.norm();
   placed.view_elevation_deg = std::atan2(frame.sin_view, frame.cos_view) * degrees;
   for (const Light& light : scene.lights) {
     const Illumination lit = illumination(light, middle);

@@ -60,7 +60,8 @@ struct StreakPlacement {
   double clip_row = 0;   // rows beyond are not drawn: the drop has hit the ground there, or the
                          // shutter has closed; infinity when neither happens in the segment
   double time_share = 1;  // T / camera exposure: what the picture's values count
-  double depth_m = 0;    // of mid path, along the camera's axis
+  double depth_m = 0;     // of mid path, along the camera's axis
+  double distance_m = 0;  // of mid path
   double view_elevation_deg = 0;
   std::vector<LitStreak> lights = {};  // in order of scene.lights
 };

@@ -11,29 +11,38 @@ enum Binding : GLuint { scene_color_at, rain_at };
 
 }  // namespace
 
-CompositePass make_composite_pass(int width, int height) {
+CompositePass make_composite_pass(int width, int height, bool rain) {
   CompositePass pass;
   pass.color = make_texture(GL_RGBA32F, width, height);
   pass.background = make_texture(GL_RGBA32F, width, height);
   pass.target = make_framebuffer({pass.color.id(), pass.background.id()}, 0);
   pass.no_vertices = make_vertex_array();
   pass.program = build_program({"screen.vert", "composite.frag"},
-                               {{"SCENE_COLOR", std::to_string(scene_color_at)},
+                               {{"WITH_RAIN", rain ? "1" : "0"},
+                                {"SCENE_COLOR", std::to_string(scene_color_at)},
                                 {"RAIN", std::to_string(rain_at)},
                                 {"SUBPIXELS", std::to_string(subpixels)}});
   return pass;
 }
 
-void draw_composite(const CompositePass& pass, const ScenePass& scene, const GlTexture& rain) {
+void draw_composite(const CompositePass& pass, const ScenePass& scene, const GlTexture* rain) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.id());
   glViewport(0, 0, scene.width, scene.height);
   glBindTextureUnit(scene_color_at, scene.color.id());
-  glBindTextureUnit(rain_at, rain.id());
+  if (rain) glBindTextureUnit(rain_at, rain->id());
   glUseProgram(pass.program.id());
   glBindVertexArray(pass.no_vertices.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+PlannedPass plan_of(const CompositePass& pass) {
+  PlannedPass plan = {.name = "composite"};
+  plan.add(pass.program);
+  plan.add("picture", pass.color);
+  plan.add("picture without rain", pass.background);
+  return plan;
 }
 
 }  // namespace pluvia

@@ -1,6 +1,7 @@
 // The scene with rain over it: C = exp(-tau) B + S.
 #pragma once
 
+#include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
 #include "realtime/scene_pass.h"
 
@@ -10,12 +11,15 @@ struct CompositePass {
   GlTexture color = {}, background = {};
   GlFramebuffer target = {};
   GlVertexArray no_vertices = {};
-  GlProgram program = {};
+  ShaderProgram program = {};
 };
 
-CompositePass make_composite_pass(int width, int height);
+// rain: whether there is any.
+CompositePass make_composite_pass(int width, int height, bool rain);
 
-// rain: RGBA32F, radiance and tau.
-void draw_composite(const CompositePass& pass, const ScenePass& scene, const GlTexture& rain);
+// rain: RGBA32F, radiance and tau; nullptr without any.
+void draw_composite(const CompositePass& pass, const ScenePass& scene, const GlTexture* rain);
+
+PlannedPass plan_of(const CompositePass& pass);
 
 }  // namespace pluvia

@@ -129,6 +129,9 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
                      static_cast<int>(atlas.lights.size()), static_cast<int>(atlas.views.size())};
   const int finest = finest_level_needed(scene, atlas, options);
   uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
+  if (scene.fog)
+    uniforms.air.x =
+        static_cast<float>(scene.fog->extinction_per_m + scene.rain.undrawn_per_m);
   uniforms.density = {scene.rain.density.width, scene.rain.density.height, 0, 0};
   return uniforms;
 }

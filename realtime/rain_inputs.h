@@ -23,6 +23,7 @@ struct RainUniforms {  // rain_uniforms.glsl, member by member
   glm::vec4 box_min_m = {}, box_max_m = {};
   glm::vec4 cell = {};
   glm::vec4 environment = {};
+  glm::vec4 air = {};
   glm::ivec4 counts = {};
   glm::ivec4 sizes = {};
   glm::ivec4 density = {};

@@ -191,7 +191,7 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
   pass.capacity = capacity;
 }
 
-void dispatch(const RainPass& pass, const GlProgram& program) {
+void dispatch(const RainPass& pass, const ShaderProgram& program) {
   bind_inputs(pass);
   glUseProgram(program.id());
   const auto groups = static_cast<GLuint>(pass.groups.size());
@@ -203,7 +203,8 @@ void dispatch(const RainPass& pass, const GlProgram& program) {
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment, const ShadowPass& shadows) {
+                        const glm::vec4& environment, const ScenePass& surfaces,
+                        const ShadowPass& shadows) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
@@ -228,6 +229,8 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   pass.atlas_views = make_buffer(atlas_views(atlas));
   pass.atlas_spans = make_buffer(cumulative.spans);
   pass.quads = make_quads(pass.quad_indices);
+  pass.sum = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
+  pass.target = make_framebuffer({pass.sum.id()}, surfaces.depth.id());
   pass.count = build_program({"rain_count.comp"}, defines(false));
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty()));
   pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false));
@@ -252,12 +255,12 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
   return static_cast<long>(streaks);
 }
 
-void draw_rain(const RainPass& pass, const GlFramebuffer& target) {
+void draw_rain(const RainPass& pass) {
   const float dry[4] = {0, 0, 0, 0};
-  glClearNamedFramebufferfv(target.id(), GL_COLOR, 0, dry);
+  glClearNamedFramebufferfv(pass.target.id(), GL_COLOR, 0, dry);
   if (pass.uniforms.sizes.w == 0) return;
   bind_inputs(pass);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.id());
   glViewport(0, 0, static_cast<int>(pass.uniforms.camera.up.w),
              static_cast<int>(pass.uniforms.camera.forward.w));
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
@@ -272,6 +275,28 @@ void draw_rain(const RainPass& pass, const GlFramebuffer& target) {
   const int instances = (pass.uniforms.sizes.w + quads_per_instance - 1) / quads_per_instance;
   glDrawElementsInstanced(GL_TRIANGLES, 6 * quads_per_instance, GL_UNSIGNED_INT, nullptr,
                           instances);
+}
+
+PlannedPass plan_of(const RainPass& pass) {
+  PlannedPass plan = {.name = "rain"};
+  for (const ShaderProgram* program : {&pass.count, &pass.place, &pass.draw}) plan.add(*program);
+  plan.add("uniforms", pass.uniform_buffer);
+  plan.add("sizes", pass.size_buffer);
+  plan.add("groups of drops", pass.group_buffer);
+  plan.add("starts of groups", pass.group_starts);
+  plan.add("top heights", pass.top_heights);
+  plan.add("density map", pass.densities);
+  plan.add("streaks", pass.streaks);
+  plan.add("lit streaks", pass.lit_streaks);
+  plan.add("lights", pass.lights);
+  plan.add("atlas: lights", pass.atlas_lights);
+  plan.add("atlas: layers", pass.atlas_layers);
+  plan.add("atlas: views", pass.atlas_views);
+  plan.add("atlas: spans", pass.atlas_spans);
+  plan.add("atlas: sums", pass.sums);
+  plan.add("quads", pass.quad_indices);
+  plan.add("sum of streaks", pass.sum);
+  return plan;
 }
 
 StreakRecords read_records(const RainPass& pass) {

@@ -35,20 +35,25 @@ struct RainPass {
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
   GlBuffer quad_indices = {};
   GlTexture sums = {};
+  GlTexture sum = {};  // of all streaks: RGBA32F, radiance and tau
+  GlFramebuffer target = {};
   GlVertexArray quads = {};
-  GlProgram count = {}, place = {}, draw = {}, centres = {};
+  ShaderProgram count = {}, place = {}, draw = {}, centres = {};
 };
 
 // Throws std::runtime_error when scene and atlas do not agree or do not fit this OpenGL.
 RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment, const ShadowPass& shadows);
+                        const glm::vec4& environment, const ScenePass& surfaces,
+                        const ShadowPass& shadows);
 
 // Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how many streaks are in view. Throws
 // std::runtime_error for a time that local_space refuses.
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);
 
-// Adds the records to the target (RGBA32F and a depth for the test).
-void draw_rain(const RainPass& pass, const GlFramebuffer& target);
+// Adds the records up, those behind surfaces left out.
+void draw_rain(const RainPass& pass);
+
+PlannedPass plan_of(const RainPass& pass);
 
 StreakRecords read_records(const RainPass& pass);
 

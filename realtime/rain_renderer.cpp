@@ -6,25 +6,29 @@
 
 #include "atlas/image_io.h"
 #include "realtime/composite_pass.h"
+#include "realtime/fog_pass.h"
 #include "realtime/rain_pass.h"
 
 namespace pluvia {
 namespace {
 
-// Seconds since the last call, all commands finished: timer queries of a software rasteriser err by
-// orders of magnitude.
+// Costs of passes, all commands finished: timer queries of a software rasteriser err by orders of
+// magnitude.
 class Stopwatch {
  public:
-  double lap_s() {
+  void lap(const std::string& pass, const std::string& skipped, std::vector<PassCost>& costs) {
     glFinish();
     const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
+    const std::clock_t cpu = std::clock();
+    costs.push_back({pass, std::chrono::duration<double>(now - last_).count(),
+                     static_cast<double>(cpu - last_cpu_) / CLOCKS_PER_SEC, skipped});
     last_ = now;
-    return seconds;
+    last_cpu_ = cpu;
   }
 
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::clock_t last_cpu_ = std::clock();
 };
 
 }  // namespace
@@ -35,21 +39,12 @@ struct RainRenderer::State {
   ScenePass surfaces = {};
   ShadowPass shadows = {};
   std::optional<RainPass> rain = {};  // nothing: a scene without drops
-  GlTexture rain_sum = {};            // RGBA32F: radiance and tau
-  GlFramebuffer rain_target = {};
+  std::optional<FogPass> fog = {};    // nothing: a scene without [fog]
   CompositePass composite = {};
 
   void use() { context.make_current(); }
   void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
-  void make_rain_target();
 };
-
-void RainRenderer::State::make_rain_target() {
-  rain_sum = make_texture(GL_RGBA32F, scene.camera.width_px, scene.camera.height_px);
-  rain_target = make_framebuffer({rain_sum.id()}, surfaces.depth.id());
-  const float dry[4] = {0, 0, 0, 0};
-  glClearNamedFramebufferfv(rain_target.id(), GL_COLOR, 0, dry);
-}
 
 RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
                            const RenderOptions& options)
@@ -62,17 +57,21 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
                  .geometry_file = scene.geometry_file,
                  .mesh = {},
                  .rain = scene.rain,
-                 .drops = scene.drops};
+                 .drops = scene.drops,
+                 .fog = scene.fog,
+                 .glow = scene.glow};
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
   state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
   state.shadows = make_shadow_pass(scene, state.surfaces);
   link_scene_pass(state.surfaces, state.shadows);
-  state.make_rain_target();
-  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px);
-  if (!scene.rain.sizes.empty() || !scene.drops.empty())
-    state.rain = make_rain_pass(scene, atlas, options,
-                                mean_environment(scene.environment, map ? &*map : nullptr), state.shadows);
+  const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
+  const bool rain = !scene.rain.sizes.empty() || !scene.drops.empty();
+  if (rain)
+    state.rain =
+        make_rain_pass(scene, atlas, options, environment, state.surfaces, state.shadows);
+  if (scene.fog) state.fog = make_fog_pass(scene, state.surfaces, state.shadows, environment);
+  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px, rain);
   state.context.check();
 }
 
@@ -84,29 +83,45 @@ Frame RainRenderer::render(double time_s) {
   State& state = *state_;
   state.use();
   Frame frame;
-  const std::clock_t cpu_start = std::clock();
   Stopwatch watch;
   state.move_camera(time_s);
   set_camera(state.surfaces, state.scene, state.shadows);
   draw_scene(state.surfaces, state.shadows);
-  frame.timing.scene_s = watch.lap_s();
+  watch.lap("surfaces", "", frame.costs);
+  if (state.fog) {
+    const std::string skipped = draw_fog(*state.fog, state.scene, state.surfaces, state.shadows);
+    watch.lap("fog", skipped, frame.costs);
+  }
   if (state.rain) {
     frame.streaks_in_view = place_rain(*state.rain, state.scene, state.shadows, time_s);
     frame.packets = state.rain->counts;
-    draw_rain(*state.rain, state.rain_target);
+    draw_rain(*state.rain);
+    watch.lap("rain", frame.streaks_in_view == 0 ? "no streak in view" : "", frame.costs);
   }
-  frame.timing.rain_s = watch.lap_s();
-  draw_composite(state.composite, state.surfaces, state.rain_sum);
-  frame.timing.composite_s = watch.lap_s();
-  frame.timing.cpu_s = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  draw_composite(state.composite, state.surfaces, state.rain ? &state.rain->sum : nullptr);
+  watch.lap("composite", "", frame.costs);
   const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
-  frame.rain = read_texture(state.rain_sum, width, height, 3);
-  frame.rain_tau = read_alpha(state.rain_sum, width, height);
+  frame.rain = state.rain ? read_texture(state.rain->sum, width, height, 3)
+                          : make_image(width, height, 3);
+  frame.rain_tau =
+      state.rain ? read_alpha(state.rain->sum, width, height) : make_image(width, height, 1);
   frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
   state.context.check();
   return frame;
+}
+
+FramePlan RainRenderer::plan() {
+  State& state = *state_;
+  state.use();
+  FramePlan plan;
+  if (!state.shadows.empty()) plan.passes.push_back(plan_of(state.shadows));
+  plan.passes.push_back(plan_of(state.surfaces));
+  if (state.fog) plan.passes.push_back(plan_of(*state.fog));
+  if (state.rain) plan.passes.push_back(plan_of(*state.rain));
+  plan.passes.push_back(plan_of(state.composite));
+  return plan;
 }
 
 GlInfo RainRenderer::gl_info() const {

@@ -15,6 +15,7 @@
 #include "atlas/streak_atlas.h"
 #include "raytrace/rain_packets.h"
 #include "raytrace/scene.h"
+#include "realtime/frame_plan.h"
 #include "realtime/gl_context.h"
 #include "realtime/streak_record.h"
 
@@ -39,20 +40,13 @@ struct PacketCounts {
   long drops_looked_at = 0;
 };
 
-struct FrameTiming {  // steady clock around glFinish; process CPU time beside it
-  double scene_s = 0;
-  double rain_s = 0;
-  double composite_s = 0;
-  double cpu_s = 0;
-};
-
 struct Frame {
   Image color = {};       // RGB, with rain
   Image background = {};  // RGB, the same frame without rain
-  Image rain = {};        // RGB: sum of E S, before it is put over the background
+  Image rain = {};        // RGB: sum of E S, before it is put over the background; black without rain
   Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage)
   Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
-  FrameTiming timing = {};
+  std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs
   long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
   PacketCounts packets = {};
 };
@@ -71,6 +65,9 @@ class RainRenderer {
   // Shutter opens at time_s, 0 .. 1e7.
   Frame render(double time_s);
   GlInfo gl_info() const;
+
+  // What it has made for the scene.
+  FramePlan plan();
 
   // Centres of the drops in the packets taken at time_s as the GPU's closed form computes them (x,
   // y, z per drop, in order of drop_field): for the test against raytrace/drop_field.h.

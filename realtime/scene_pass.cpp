@@ -129,7 +129,7 @@ void clear_depth(const GlFramebuffer& target) {
   glClearNamedFramebufferfv(target.id(), GL_DEPTH, 0, &infinitely_far);
 }
 
-void draw_surfaces(const ScenePass& pass, const GlProgram& program) {
+void draw_surfaces(const ScenePass& pass, const ShaderProgram& program) {
   if (pass.index_count == 0) return;
   glEnable(GL_DEPTH_TEST);
   glUseProgram(program.id());
@@ -197,6 +197,25 @@ void draw_scene(const ScenePass& pass, const ShadowPass& shadows) {
   const float nothing[4] = {std::numeric_limits<float>::infinity(), 0, 0, 0};
   glClearNamedFramebufferfv(pass.depth_target.id(), GL_COLOR, 0, nothing);
   draw_surfaces(pass, pass.surface_depth);
+}
+
+PlannedPass plan_of(const ScenePass& pass) {
+  PlannedPass plan = {.name = "surfaces"};
+  for (const ShaderProgram* program : {&pass.surface, &pass.surface_depth, &pass.sky})
+    plan.add(*program);
+  plan.add("uniforms", pass.uniforms);
+  plan.add("positions", pass.positions);
+  plan.add("normals", pass.normals);
+  plan.add("indices", pass.indices);
+  plan.add("materials of triangles", pass.triangle_material);
+  plan.add("materials", pass.materials);
+  plan.add("lights", pass.lights);
+  plan.add("sky", pass.sky_map);
+  plan.add("colour, 2 x 2 a pixel", pass.color);
+  plan.add("depth, 2 x 2 a pixel", pass.color_depth);
+  plan.add("distance", pass.depth_m);
+  plan.add("depth", pass.depth);
+  return plan;
 }
 
 }  // namespace pluvia

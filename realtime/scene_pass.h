@@ -4,6 +4,7 @@
 #include <glm/vec4.hpp>
 
 #include "raytrace/scene.h"
+#include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
 #include "realtime/gpu_scene.h"
 
@@ -31,7 +32,7 @@ struct ScenePass {
   GlTexture depth_m = {};                  // R32F; +inf where there is no surface
   GlTexture depth = {};                    // the same for depth tests: near_m / depth_m, reversed
   GlFramebuffer color_target = {}, depth_target = {};
-  GlProgram surface = {}, surface_depth = {}, sky = {};
+  ShaderProgram surface = {}, surface_depth = {}, sky = {};
 };
 
 // environment_map: nullptr where the scene names none. Throws std::runtime_error for a picture that
@@ -47,5 +48,7 @@ void link_scene_pass(ScenePass& pass, const ShadowPass& shadows);
 void set_camera(ScenePass& pass, const Scene& scene, const ShadowPass& shadows);
 
 void draw_scene(const ScenePass& pass, const ShadowPass& shadows);
+
+PlannedPass plan_of(const ScenePass& pass);
 
 }  // namespace pluvia

@@ -101,11 +101,14 @@ GlShader compile_shader(GLenum stage, const ShaderSource& source) {
   throw std::runtime_error(first_error(log.c_str(), source) + "; expected GLSL 4.50 core");
 }
 
-GlProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines) {
-  GlProgram program(glCreateProgram());
+ShaderProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines) {
+  ShaderProgram program = {.handle = GlProgram(glCreateProgram())};
   for (const std::string& name : names) {
-    const GlShader shader = compile_shader(stage_of(name), flatten_shader(name, defines));
+    const ShaderSource source = flatten_shader(name, defines);
+    const GlShader shader = compile_shader(stage_of(name), source);
     glAttachShader(program.id(), shader.id());
+    for (const std::string& file : source.files)
+      program.files.push_back(file.substr(std::string(folder).size()));
   }
   glLinkProgram(program.id());
   GLint linked = 0, length = 0;

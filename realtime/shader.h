@@ -31,7 +31,14 @@ ShaderSource flatten_shader(const std::string& name, const ShaderDefines& define
 // Throws std::runtime_error "realtime/shaders/NAME:LINE: what the compiler says; expected ...".
 GlShader compile_shader(GLenum stage, const ShaderSource& source);
 
+struct ShaderProgram {
+  GlProgram handle = {};
+  std::vector<std::string> files = {};  // of realtime/shaders, with those they include
+
+  GLuint id() const { return handle.id(); }
+};
+
 // Stage by the ending of the name: .vert, .frag, .comp.
-GlProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines);
+ShaderProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines);
 
 }  // namespace pluvia

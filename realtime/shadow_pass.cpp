@@ -116,7 +116,6 @@ GlTexture make_maps(std::size_t count) {
 }
 
 void draw_maps(const ShadowPass& pass, const ScenePass& surfaces) {
-  const GlProgram program = build_program({"shadow.vert", "shadow.frag"}, {});
   const int map_px = size_px(pass.views.size());
   GLuint target_id = 0;
   glCreateFramebuffers(1, &target_id);
@@ -129,7 +128,7 @@ void draw_maps(const ShadowPass& pass, const ScenePass& surfaces) {
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glViewport(0, 0, map_px, map_px);
-  glUseProgram(program.id());
+  glUseProgram(pass.program.id());
   glBindVertexArray(surfaces.vertices.id());
   const float infinitely_far = 0;
   for (std::size_t i = 0; i < pass.views.size(); ++i) {
@@ -162,9 +161,17 @@ ShadowPass make_shadow_pass(const Scene& scene, const ScenePass& surfaces) {
   const auto map_px = static_cast<std::size_t>(size_px(pass.views.size()));
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
     pass.slots[i].texel = 2 * half_span(scene.lights[i], ball) / static_cast<double>(map_px);
-  pass.bytes = pass.views.size() * map_px * map_px * sizeof(float);
+  pass.program = build_program({"shadow.vert", "shadow.frag"}, {});
   draw_maps(pass, surfaces);
   return pass;
+}
+
+PlannedPass plan_of(const ShadowPass& pass) {
+  PlannedPass plan = {.name = "shadows"};
+  plan.add(pass.program);
+  plan.add("maps", pass.maps);
+  plan.add("views", pass.view_buffer);
+  return plan;
 }
 
 }  // namespace pluvia

@@ -7,12 +7,12 @@
 // the map's, over the four nearest texels.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include <glm/mat4x4.hpp>
 
 #include "raytrace/scene.h"
+#include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
 #include "realtime/scene_pass.h"
 
@@ -23,7 +23,7 @@ struct ShadowPass {
   std::vector<glm::mat4> views = {};  // of each map, from scene_pass.h's origin
   GlTexture maps = {};                // 0 without any
   GlBuffer view_buffer = {};
-  std::size_t bytes = 0;
+  ShaderProgram program = {};
 
   bool empty() const { return views.empty(); }
 };
@@ -31,5 +31,7 @@ struct ShadowPass {
 // Renders the maps. surfaces: the pass that holds the vertices. Throws std::runtime_error when this
 // OpenGL cannot hold so many.
 ShadowPass make_shadow_pass(const Scene& scene, const ScenePass& surfaces);
+
+PlannedPass plan_of(const ShadowPass& pass);
 
 }  // namespace pluvia

@@ -17,12 +17,19 @@ struct StreakRecord {  // StreakPlacement of raytrace/streak_placement.h, in flo
   float clip_row = 0;  // 1e30 for a whole one
   float depth_m = 0;
   float view_elevation_deg = 0;
-  std::int32_t level = 0;  // of the atlas
-  std::int32_t layer = 0;  // oscillation set, for environment and coverage
+  std::int32_t level_layer = 0;  // layer << 8 | level: of environment and coverage; of the atlas
+  float transmitted = 1;         // by the fog between it and the camera
   glm::ivec2 view = {};
   glm::vec2 view_weight = {};  // times what the segment counts
 };
 static_assert(sizeof(StreakRecord) == 64);
+
+inline int level_of(const StreakRecord& record) {
+  return record.level_layer & 0xff;
+}
+inline int layer_of(const StreakRecord& record) {
+  return record.level_layer >> 8;
+}
 
 struct LitStreakRecord {
   float irradiance_lux[3] = {};

@@ -300,6 +300,19 @@ TEST_F(Program, RenderRefusesExposuresTooShortForStreaks) {
   expect_nothing_rendered();
 }
 
+TEST_F(Program, RenderTellsItsPlanWithoutDrawing) {
+  PLUVIA_NEEDS_OPENGL();
+  const std::string scene = write_scene("[environment]\nuniform_cd_m2 = [1, 1, 1]\n[fog]");
+  const std::string flags = fmt::format("render {} --atlas {}/atlas ", scene, shared->path());
+  const Outcome outcome = run_pluvia(flags + "--plan");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* pass : {"surfaces ", "fog ", "rain ", "composite ", "rain.frag", "atlas: sums"})
+    EXPECT_THAT(outcome.out, HasSubstr(pass));
+  EXPECT_THAT(outcome.out, testing::Not(HasSubstr("shadows ")));
+  expect_nothing_rendered();
+  expect_complaint(flags, 2, "--out: is required without --plan");
+}
+
 TEST_F(Program, RenderRefusesDirtyEnvironmentMaps) {
   PLUVIA_NEEDS_OPENGL();
   const auto render_under = [&](const std::string& map) {

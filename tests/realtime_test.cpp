@@ -142,7 +142,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas, Scene scene)
       for (std::size_t i = 0; i < scene.lights.size(); ++i)
         expect_same_cells(atlas, record, records.lit[next * scene.lights.size() + i],
                           placed->lights[i], *placed, drop.oscillation);
-      EXPECT_EQ(record.layer, drop.oscillation);
+      EXPECT_EQ(layer_of(record), drop.oscillation);
       ++next;
       if (testing::Test::HasFailure()) FAIL() << "drop " << drop.id;
     }

@@ -41,7 +41,7 @@ void add_cell(const Image& image, const CellRect& cell, bool mirrored, const Str
 // The cell of one view with all lights, the environment and the coverage of this drop.
 StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
                           const StreakPlacement& placement, int view, double weight,
-                          const Eigen::Vector3d& environment) {
+                          double transmitted, const Eigen::Vector3d& environment) {
   const AtlasView& row = atlas.views[static_cast<std::size_t>(view)];
   StreakPicture picture{.width = atlas.cell_width_px,
                         .height = row.height_px,
@@ -54,13 +54,13 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
         fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
                     light.light_azimuth_deg, drop.oscillation, views_below(atlas));
     const int column = choose_cells(atlas, angles).light;
-    const Eigen::Vector3d irradiance = weight * light.irradiance_lux;
+    const Eigen::Vector3d irradiance = weight * transmitted * light.irradiance_lux;
     add_cell(layer_of(atlas, angles.oscillation).point.at(0), cell_rect(atlas, view, column, 0),
              angles.mirrored, {irradiance.x(), irradiance.y(), irradiance.z(), 0}, picture);
   }
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
   const CellRect single = cell_rect(atlas, view, 0, 0);
-  const Eigen::Vector3d around = weight * environment;
+  const Eigen::Vector3d around = weight * transmitted * environment;
   if (!around.isZero(0)) {  // a database for a scene without an environment has no picture of it
     add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
   }
@@ -100,7 +100,8 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
   return placed;
 }
 
-Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed,
+// air_per_m: extinction between the camera and the drop.
+Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, double air_per_m,
                          const Eigen::Vector3d& environment, const Image& screen) {
   const StreakPlacement& placement = placed.placement;
   const CellChoice cells =
@@ -121,7 +122,8 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed,
     if (cells.view_weight[i] == 0) continue;
     const double weight = cells.view_weight[i] * placement.time_share;
     add_streak(placement,
-               lit_picture(atlas, *placed.drop, placement, cells.view[i], weight, environment),
+               lit_picture(atlas, *placed.drop, placement, cells.view[i], weight,
+                           std::exp(-air_per_m * placement.distance_m), environment),
                footprint);
   }
   return footprint;
@@ -186,12 +188,14 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
   // Batches bound the memory; within one the footprints are made in parallel, then laid down in
   // order.
   const std::vector<PlacedDrop> placed = placed_drops(scene, atlas, drops);
+  const double air_per_m =
+      scene.fog ? scene.fog->extinction_per_m + scene.rain.undrawn_per_m : 0;
   constexpr std::size_t batch = 512;
   std::vector<Footprint> footprints(batch);
   for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
     const std::size_t end = std::min(begin + batch, placed.size());
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      footprints[i - begin] = drop_footprint(atlas, placed[i], environment_cd_m2, depth_m);
+      footprints[i - begin] = drop_footprint(atlas, placed[i], air_per_m, environment_cd_m2, depth_m);
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;

@@ -33,7 +33,7 @@ struct FrameComposite {
 // Every texel of level 0 is a parallelogram on screen (cut where the row stretch of cell_row
 // changes and at clip_row) over which its flux, value x |column x row| px^2, lies evenly; its share
 // in a pixel is the area of the polygon inside it. Both neighbouring views are laid down with their
-// weights.
+// weights. Fog dims S on its way to the camera; what it does to the background is there already.
 //
 // drops: as drop_field gives them. environment_cd_m2: L_env, per channel. background: RGB, depth_m:
 // one channel (+infinity where there is no surface), both of the camera's size. The result does not

@@ -106,7 +106,7 @@ float cell_value(RowRange range, Across across, vec2 strip, int first, int texel
 
 // rgb: radiance, a: coverage of one column of texels between two rows, x pixel area.
 vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, vec2 strip) {
-  ivec4 span = atlas_spans[streak.level * counts.w + view];  // base, texels, cell stride, columns
+  ivec4 span = atlas_spans[level_of(streak) * counts.w + view];  // base, texels, cell stride, columns
   RowRange range = row_range(rows, streak, view, span.y);
   int cells = counts.z + 2, pitch = span.y + 3;
   int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
@@ -119,10 +119,10 @@ vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, v
     sum.rgb += vec3(lit.red_lux, lit.green_lux, lit.blue_lux) *
                cell_value(range, across, strip, first, span.y, flip);
   }
-  int environment_cell = streak.layer * cells + counts.z;
+  int environment_cell = layer_of(streak) * cells + counts.z;
   if (environment.w != 0.0)
-    sum.rgb += environment.rgb * cell_value(range, across, strip,
-                                            plain + environment_cell * span.z, span.y, false);
+    sum.rgb += streak.transmitted * environment.rgb *
+               cell_value(range, across, strip, plain + environment_cell * span.z, span.y, false);
   sum.a = cell_value(range, across, strip, plain + (environment_cell + 1) * span.z, span.y, false);
   return sum;
 }
@@ -160,7 +160,7 @@ void main() {
                      determinant;
   // Half the pixel's extent in columns.
   float reach = 0.5 * (abs(streak.row_px.x) + abs(streak.row_px.y)) / abs(determinant);
-  float texel = exp2(float(streak.level));
+  float texel = exp2(float(level_of(streak)));
   int last_column = int(cell.y / texel + 0.5) - 1;
   int first = max(int(floor((pixel_place.x - reach) / texel)), 0);
   int last = min(int(floor((pixel_place.x + reach) / texel)), last_column);

@@ -93,8 +93,8 @@ void write_streak(uint place, Drop drop, Placement placed) {
   // atan: a driver's asin may err by 5e-4.
   streak.view_elevation_deg =
       degrees_per_radian * atan(placed.frame.sin_view, placed.frame.cos_view);
-  streak.level = choose_level(placed.column_px, placed.row_px);
-  streak.layer = drop.layer;
+  streak.level_layer = drop.layer << 8 | choose_level(placed.column_px, placed.row_px);
+  streak.transmitted = exp(-air.x * length(placed.middle_m));
   float view_deg = streak.view_elevation_deg;
   choose_views(flips_views_below() ? abs(view_deg) : view_deg, streak.view, streak.view_weight);
   // What the picture's values count is part of their weight.
@@ -103,7 +103,7 @@ void write_streak(uint place, Drop drop, Placement placed) {
   vec3 path_m = rain_sizes[drop.size].times.x * rain_sizes[drop.size].velocity_m_s.xyz;
   for (uint i = 0u; i < uint(counts.y); ++i) {
     Illumination lit = illumination(lights[i], placed.middle_m);
-    lit.lux *= path_lit_share(lights[i], placed.middle_m, path_m);
+    lit.lux *= streak.transmitted * path_lit_share(lights[i], placed.middle_m, path_m);
     lit_streaks[place * uint(counts.y) + i] = lit_streak(lit, placed, drop.layer);
   }
 }

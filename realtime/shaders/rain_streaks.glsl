@@ -6,8 +6,8 @@ struct Streak {
   float clip_row;
   float depth_m;
   float view_elevation_deg;
-  int level;  // of the atlas: its texels are at most cell.z wide on screen
-  int layer;  // of environment and coverage
+  int level_layer;    // layer << 8 | level: of environment and coverage; of the atlas, whose texels
+  float transmitted;  // are at most cell.z wide on screen. By the fog before it
   ivec2 view;
   vec2 view_weight;
 };
@@ -16,3 +16,6 @@ struct LitStreak {
   float red_lux, green_lux, blue_lux;
   uint cell;  // layer << 16 | light of the atlas << 1 | mirrored
 };
+
+int level_of(Streak streak) { return streak.level_layer & 0xff; }
+int layer_of(Streak streak) { return streak.level_layer >> 8; }
