@@ -275,13 +275,14 @@ TEST_F(Program, RenderWritesFramesAndKeepsWhatElseLiesThere) {
   const Outcome outcome = run_pluvia(render_flags(scene));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(read_file(folder / "frames/notes.txt"), "mine");
-  EXPECT_THAT(outcome.out, HasSubstr("/frames: 1 frames, rain "));
+  EXPECT_THAT(outcome.out, HasSubstr("/frames: 1 frames, surfaces "));
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1) << outcome.out;
   EXPECT_EQ(outcome.err, fmt::format("100 % {}/frames/frame_0000\n", folder.path()));
   const Image frame = read_image(folder / "frames/frame_0000.exr");
   EXPECT_EQ(frame.width, 64);
   EXPECT_EQ(frame.height, 36);
   EXPECT_TRUE(fs::exists(folder / "frames/frame_0000.png"));
+  EXPECT_THAT(read_file(folder / "frames/costs.json"), HasSubstr("\"pass\": \"rain\""));
 }
 
 TEST_F(Program, RenderRefusesBadScenes) {
