@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -215,11 +216,25 @@ struct RenderFlags {
   int frames_per_s = 24;
   double start_s = 1;
   bool plan = false;
+  std::string lookup = "view-linear", packets = "automatic";
 };
+
+pluvia::RenderOptions render_options(const RenderFlags& flags) {
+  using pluvia::LookupMode;
+  using pluvia::PacketScheme;
+  const std::map<std::string, LookupMode> lookups = {{"nearest", LookupMode::nearest},
+                                                     {"view-linear", LookupMode::view_linear},
+                                                     {"trilinear", LookupMode::trilinear}};
+  const std::map<std::string, PacketScheme> schemes = {{"automatic", PacketScheme::automatic},
+                                                       {"world", PacketScheme::world},
+                                                       {"tree", PacketScheme::tree},
+                                                       {"grid", PacketScheme::grid}};
+  return {.packets = {.scheme = schemes.at(flags.packets)}, .lookup = lookups.at(flags.lookup)};
+}
 
 void render(const RenderFlags& flags) {
   const pluvia::Scene scene = pluvia::read_scene(flags.scene);
-  pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas));
+  pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas), render_options(flags));
   if (flags.plan) {
     fmt::print("{}", pluvia::plan_text(renderer.plan()));
     return;
@@ -531,6 +546,12 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
                       "folder of the frames: EXR, PNG, rain.mp4, costs.json (of each pass)");
   command->add_flag("--plan", flags.plan,
                     "only print the passes, shaders and bytes that the scene calls for");
+  command->add_option("--lookup", flags.lookup, "cells that a streak mixes for a light: 1, 2 or 8")
+      ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
+      ->capture_default_str();
+  command->add_option("--packets", flags.packets, "in which drops are selected; the same picture")
+      ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))
+      ->capture_default_str();
   command->add_option("--frames", flags.frames, "number of frames")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();

@@ -1,5 +1,6 @@
 #include "atlas/atlas_lookup.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -7,21 +8,6 @@
 
 namespace pluvia {
 namespace {
-
-int mirrored_oscillation(int oscillation) {
-  switch (oscillation) {
-    case 2:
-      return 4;
-    case 4:
-      return 2;
-    case 6:
-      return 8;
-    case 8:
-      return 6;
-    default:
-      return oscillation;
-  }
-}
 
 using Direction = std::array<double, 3>;
 
@@ -107,6 +93,99 @@ CellChoice choose_cells(const StreakAtlas& atlas, const FoldedAngles& angles) {
   choice.view_weight[1] = (angles.view_elevation_deg - low) / (high - low);
   choice.view_weight[0] = 1 - choice.view_weight[1];
   return choice;
+}
+
+int mirrored_oscillation(int oscillation) {
+  switch (oscillation) {
+    case 2:
+      return 4;
+    case 4:
+      return 2;
+    case 6:
+      return 8;
+    case 8:
+      return 6;
+    default:
+      return oscillation;
+  }
+}
+
+std::vector<LightRow> light_rows(const StreakAtlas& atlas) {
+  std::vector<LightRow> rows;
+  for (std::size_t i = 0; i < atlas.lights.size(); ++i) {
+    const LightDirection& light = atlas.lights[i];
+    const auto same = std::find_if(rows.begin(), rows.end(), [&](const LightRow& row) {
+      return row.elevation_deg == light.elevation_deg;
+    });
+    LightRow& row = same != rows.end() ? *same : rows.emplace_back();
+    row.elevation_deg = light.elevation_deg;
+    const int index = static_cast<int>(i);
+    const double azimuth = light.azimuth_deg;
+    row.entries.push_back({azimuth, index, false});
+    // At 0 and 180 a light is its own mirror image, and so is a pole.
+    const bool pole = std::abs(light.elevation_deg) == 90;
+    if (!pole && azimuth > 0 && azimuth < 180) row.entries.push_back({360 - azimuth, index, true});
+  }
+  std::sort(rows.begin(), rows.end(), [](const LightRow& a, const LightRow& b) {
+    return a.elevation_deg < b.elevation_deg;
+  });
+  for (LightRow& row : rows) {
+    std::sort(row.entries.begin(), row.entries.end(),
+              [](const auto& a, const auto& b) { return a.azimuth_deg < b.azimuth_deg; });
+  }
+  return rows;
+}
+
+namespace {
+
+// The row's two neighbours of an azimuth 0 .. 180, times a weight.
+void tap_row(const LightRow& row, double azimuth_deg, double weight, LightTap* taps) {
+  std::size_t above = 0;
+  while (above < row.entries.size() && row.entries[above].azimuth_deg <= azimuth_deg) ++above;
+  const std::size_t count = row.entries.size();
+  const LightRow::Entry& low = row.entries[(above + count - 1) % count];
+  const LightRow::Entry& high = row.entries[above % count];
+  const double from = low.azimuth_deg - (above == 0 ? 360 : 0);
+  const double to = high.azimuth_deg + (above == count ? 360 : 0);
+  const double share = count > 1 ? (azimuth_deg - from) / (to - from) : 0;
+  taps[0] = {low.light, weight * (1 - share), low.mirrored};
+  taps[1] = {high.light, weight * share, high.mirrored};
+}
+
+}  // namespace
+
+std::array<LightTap, 4> light_taps(const std::vector<LightRow>& rows, const FoldedAngles& angles) {
+  assert(!rows.empty());
+  std::size_t above = 0;
+  while (above < rows.size() && rows[above].elevation_deg <= angles.light_elevation_deg) ++above;
+  const std::size_t low = above == 0 ? 0 : above - 1, high = std::min(above, rows.size() - 1);
+  const double span = rows[high].elevation_deg - rows[low].elevation_deg;
+  const double share =
+      span > 0 ? (angles.light_elevation_deg - rows[low].elevation_deg) / span : 0;
+  std::array<LightTap, 4> taps;
+  tap_row(rows[low], angles.light_azimuth_deg, 1 - share, &taps[0]);
+  tap_row(rows[high], angles.light_azimuth_deg, share, &taps[2]);
+  return taps;
+}
+
+CellMix mix_cells(const StreakAtlas& atlas, const std::vector<LightRow>& rows,
+                  const FoldedAngles& angles, LookupMode mode) {
+  const CellChoice choice = choose_cells(atlas, angles);
+  CellMix mix;
+  for (int i = 0; i < 2; ++i) {
+    mix.view[i] = choice.view[i];
+    mix.view_weight[i] = choice.view_weight[i];
+  }
+  if (mode == LookupMode::nearest) {
+    mix.view[0] = choice.view[choice.view_weight[1] > 0.5 ? 1 : 0];
+    mix.view_weight[0] = 1;
+    mix.view_weight[1] = 0;
+  }
+  if (mode == LookupMode::trilinear)
+    mix.lights = light_taps(rows, angles);
+  else
+    mix.lights[0] = {choice.light, 1, false};
+  return mix;
 }
 
 }  // namespace pluvia

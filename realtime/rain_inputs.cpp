@@ -265,6 +265,25 @@ std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas) {
   return directions;
 }
 
+std::vector<glm::vec4> gpu_light_rows(const StreakAtlas& atlas) {
+  std::vector<glm::vec4> rows;
+  std::size_t first = 0;
+  for (const LightRow& row : light_rows(atlas)) {
+    rows.emplace_back(row.elevation_deg, first, row.entries.size(), 0);
+    first += row.entries.size();
+  }
+  return rows;
+}
+
+std::vector<glm::vec4> gpu_light_entries(const StreakAtlas& atlas) {
+  std::vector<glm::vec4> entries;
+  for (const LightRow& row : light_rows(atlas)) {
+    for (const LightRow::Entry& entry : row.entries)
+      entries.emplace_back(entry.azimuth_deg, entry.light, entry.mirrored ? 1 : 0, 0);
+  }
+  return entries;
+}
+
 std::vector<glm::vec4> atlas_views(const StreakAtlas& atlas) {
   std::vector<glm::vec4> views;
   for (const AtlasView& view : atlas.views)

@@ -85,6 +85,12 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);
 
 std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);  // unit, drop frame
+
+// light_rows as the shader reads them: for each row its elevation in degrees, first entry and number
+// of entries; for each entry its azimuth in degrees, light and whether it is mirrored.
+std::vector<glm::vec4> gpu_light_rows(const StreakAtlas& atlas);
+std::vector<glm::vec4> gpu_light_entries(const StreakAtlas& atlas);
+
 std::vector<glm::vec4> atlas_views(const StreakAtlas& atlas);  // elevation in degrees, rows of path
 
 }  // namespace pluvia

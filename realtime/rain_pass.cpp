@@ -36,13 +36,17 @@ enum Binding : GLuint {
   groups_at,
   top_heights_at,
   densities_at,
+  light_rows_at,
+  light_entries_at,
   shadow_views_at,
   shadow_maps_at,
   sums_at
 };
 
-ShaderDefines defines(bool shadows) {
+ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
+                       {"TAPS", std::to_string(pass.taps)},
+                       {"VIEW_TAPS", std::to_string(pass.view_taps)},
                        {"GROUP_SIZE", std::to_string(group_size)},
                        {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
@@ -63,6 +67,8 @@ ShaderDefines defines(bool shadows) {
                                                      {"DROP_GROUPS", groups_at},
                                                      {"TOP_HEIGHTS", top_heights_at},
                                                      {"DENSITIES", densities_at},
+                                                     {"LIGHT_ROWS", light_rows_at},
+                                                     {"LIGHT_ENTRIES", light_entries_at},
                                                      {"SHADOW_VIEWS", shadow_views_at},
                                                      {"SHADOW_MAPS", shadow_maps_at},
                                                      {"CUMULATIVE", sums_at}};
@@ -88,6 +94,10 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
   bind_storage(densities_at, pass.densities);
+  if (pass.taps > 1) {
+    bind_storage(light_rows_at, pass.light_rows);
+    bind_storage(light_entries_at, pass.light_entries);
+  }
   glBindTextureUnit(sums_at, pass.sums.id());
 }
 
@@ -177,7 +187,7 @@ std::size_t sum_groups(const RainPass& pass) {
 void reserve_records(RainPass& pass, std::size_t streaks) {
   if (streaks <= pass.capacity) return;
   const std::size_t capacity = streaks + streaks / 4;  // the next frames may show a few more
-  const auto lights = static_cast<std::size_t>(pass.uniforms.counts.y);
+  const auto lights = static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps);
   const std::size_t bytes =
       capacity * std::max(sizeof(StreakRecord), lights * sizeof(LitStreakRecord));
   GLint64 largest = 0;
@@ -228,12 +238,18 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
   pass.atlas_views = make_buffer(atlas_views(atlas));
   pass.atlas_spans = make_buffer(cumulative.spans);
+  pass.view_taps = options.lookup == LookupMode::nearest ? 1 : 2;
+  if (options.lookup == LookupMode::trilinear) {
+    pass.taps = 4;
+    pass.light_rows = make_buffer(gpu_light_rows(atlas));
+    pass.light_entries = make_buffer(gpu_light_entries(atlas));
+  }
   pass.quads = make_quads(pass.quad_indices);
   pass.sum = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.target = make_framebuffer({pass.sum.id()}, surfaces.depth.id());
-  pass.count = build_program({"rain_count.comp"}, defines(false));
-  pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty()));
-  pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false));
+  pass.count = build_program({"rain_count.comp"}, defines(false, pass));
+  pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
+  pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
   return pass;
 }
 
@@ -290,6 +306,8 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("lit streaks", pass.lit_streaks);
   plan.add("lights", pass.lights);
   plan.add("atlas: lights", pass.atlas_lights);
+  plan.add("atlas: rows of lights", pass.light_rows);
+  plan.add("atlas: lights of rows", pass.light_entries);
   plan.add("atlas: layers", pass.atlas_layers);
   plan.add("atlas: views", pass.atlas_views);
   plan.add("atlas: spans", pass.atlas_spans);
@@ -303,7 +321,7 @@ StreakRecords read_records(const RainPass& pass) {
   StreakRecords records;
   const auto streaks = static_cast<std::size_t>(pass.uniforms.sizes.w);
   records.streaks.resize(streaks);
-  records.lit.resize(streaks * static_cast<std::size_t>(pass.uniforms.counts.y));
+  records.lit.resize(streaks * static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps));
   if (streaks == 0) return records;
   glGetNamedBufferSubData(pass.streaks.id(), 0,
                           static_cast<GLsizeiptr>(streaks * sizeof(StreakRecord)),
@@ -317,7 +335,7 @@ StreakRecords read_records(const RainPass& pass) {
 
 std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const ShadowPass& shadows,
                                   double time_s) {
-  if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines(false));
+  if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines(false, pass));
   upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return {};
   const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;

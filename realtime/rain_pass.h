@@ -33,7 +33,10 @@ struct RainPass {
            densities = {};
   GlBuffer group_starts = {}, streaks = {}, lit_streaks = {};
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
+  GlBuffer light_rows = {}, light_entries = {};  // with eight taps
   GlBuffer quad_indices = {};
+  int taps = 1;       // lit records of a streak and light
+  int view_taps = 2;  // views that a streak mixes
   GlTexture sums = {};
   GlTexture sum = {};  // of all streaks: RGBA32F, radiance and tau
   GlFramebuffer target = {};

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/atlas_lookup.h"
 #include "atlas/image.h"
 #include "atlas/streak_atlas.h"
 #include "raytrace/rain_packets.h"
@@ -31,6 +32,7 @@ struct RenderOptions {
   // out anyway. 0 .. the atlas's levels - 1.
   int finest_level = 0;
   PacketOptions packets = {};
+  LookupMode lookup = LookupMode::view_linear;
 };
 
 // What the selection of packets looked at (raytrace/rain_packets.h).

@@ -37,7 +37,8 @@ struct LitStreakRecord {
 };
 static_assert(sizeof(LitStreakRecord) == 16);
 
-struct StreakRecords {  // in order of drop_field and of segments; lit: as many per streak as lights
+// In order of drop_field and of segments; lit: per streak and light one or, with eight taps, four.
+struct StreakRecords {
   std::vector<StreakRecord> streaks = {};
   std::vector<LitStreakRecord> lit = {};
 };

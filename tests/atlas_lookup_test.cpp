@@ -197,5 +197,98 @@ TEST(AtlasLookup, HalfWayBetweenLightsTheLowerIndexWins) {
   }
 }
 
+// What four taps make of a function of the light, mirrored taps taken at the mirrored azimuth.
+double tapped(const StreakAtlas& atlas, const FoldedAngles& angles, auto value) {
+  double sum = 0;
+  for (const LightTap& tap : light_taps(light_rows(atlas), angles)) {
+    const LightDirection& light = atlas.lights[static_cast<std::size_t>(tap.light)];
+    const double azimuth = light.azimuth_deg;
+    sum += tap.weight * value(light.elevation_deg, tap.mirrored ? -azimuth : azimuth);
+  }
+  return sum;
+}
+
+TEST(LightTaps, GiveBackTheGridAndAreLinearBetween) {
+  StreakAtlas atlas;
+  atlas.lights = gn2006_light_directions();
+  for (const LightDirection& light : atlas.lights) {
+    const FoldedAngles at = {.light_elevation_deg = static_cast<double>(light.elevation_deg),
+                             .light_azimuth_deg = static_cast<double>(light.azimuth_deg)};
+    for (const LightTap& tap : light_taps(light_rows(atlas), at)) {
+      if (tap.weight == 0) continue;
+      EXPECT_EQ(atlas.lights[static_cast<std::size_t>(tap.light)], light);
+      EXPECT_FALSE(tap.mirrored);
+    }
+  }
+  const auto plane = [](double v, double h) { return 3 + 0.1 * v + 0.02 * h; };
+  for (double v = -70; v <= 70; v += 7) {
+    for (double h = 10; h <= 170; h += 4) {
+      const FoldedAngles at = {.light_elevation_deg = v, .light_azimuth_deg = h};
+      EXPECT_NEAR(tapped(atlas, at, plane), plane(v, h), 1e-12) << v << ", " << h;
+    }
+  }
+}
+
+TEST(LightTaps, AreContinuousWhereTheMirrorBegins) {
+  StreakAtlas atlas;
+  atlas.lights = gn2006_light_directions();
+  const auto value = [](double v, double h) {
+    const double level = std::cos(v * 0.0174532925199);  // a pole has one value
+    return v + level * (100 * std::sin(h * 0.0174532925) + 10 * std::cos(h * 0.0174532925));
+  };
+  for (double v = -90; v <= 90; v += 6) {
+    for (const double h : {0.0, 180.0}) {
+      const auto beside = [&](double off) {
+        const FoldedAngles folded = fold_angles(0, v, h + off, 0);
+        return tapped(atlas, folded, [&](double e, double a) {
+          return value(e, folded.mirrored ? -a : a);
+        });
+      };
+      EXPECT_NEAR(beside(1e-6), beside(-1e-6), 1e-4) << v << ", " << h;
+    }
+  }
+}
+
+TEST(LightTaps, WeightsSumToOneForAnySetOfLights) {
+  StreakAtlas atlas;
+  for (const auto& lights :
+       {std::vector<LightDirection>{{90, 0}}, {{10, 30}}, {{-10, 50}, {30, 50}, {30, 170}},
+        gn2006_light_directions()}) {
+    atlas.lights = lights;
+    for (double v = -90; v <= 90; v += 9) {
+      for (double h = 0; h <= 180; h += 9) {
+        double sum = 0;
+        for (const LightTap& tap : light_taps(
+                 light_rows(atlas), {.light_elevation_deg = v, .light_azimuth_deg = h})) {
+          EXPECT_GE(tap.weight, 0);
+          sum += tap.weight;
+        }
+        EXPECT_NEAR(sum, 1, 1e-12);
+      }
+    }
+  }
+}
+
+TEST(CellMix, EachModeMixesAsManyCellsAsItSays) {
+  StreakAtlas atlas;
+  atlas.lights = gn2006_light_directions();
+  for (const int elevation : {0, 20, 40}) atlas.views.push_back({.elevation_deg = elevation});
+  const auto rows = light_rows(atlas);
+  const FoldedAngles at = {.view_elevation_deg = 33,
+                           .light_elevation_deg = 24,
+                           .light_azimuth_deg = 47};
+  const auto cells = [&](LookupMode mode) {
+    const CellMix mix = mix_cells(atlas, rows, at, mode);
+    int views = 0, lights = 0;
+    for (int i = 0; i < 2; ++i) views += mix.view_weight[i] > 0;
+    for (const LightTap& tap : mix.lights) lights += tap.weight > 0;
+    return views * lights;
+  };
+  EXPECT_EQ(cells(LookupMode::nearest), 1);
+  EXPECT_EQ(cells(LookupMode::view_linear), 2);
+  EXPECT_EQ(cells(LookupMode::trilinear), 8);
+  EXPECT_EQ(mix_cells(atlas, rows, at, LookupMode::nearest).view[0], 2);
+}
+
 }  // namespace
 }  // namespace pluvia

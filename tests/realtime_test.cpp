@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -169,6 +170,68 @@ TEST(RainRenderer, SpotsAndSunsLightDropsAsTheirFormulasSay) {
   sun.illuminance_lux = {8, 7, 6};
   scene.lights = {spot, sun};
   expect_streaks_as_their_formulas_say(shared_atlas(), scene);
+}
+
+TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = rainy_scene(20000);
+  const StreakAtlas& atlas = shared_atlas();
+  RainRenderer renderer(scene, atlas, {.lookup = LookupMode::trilinear});
+  const StreakRecords records = renderer.streak_records(1.25);
+  ASSERT_EQ(records.lit.size(), 8 * records.streaks.size());
+  const auto rows = light_rows(atlas);
+  std::size_t next = 0;
+  for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
+    const auto placed = place_streak(scene, drop, geometry_of(atlas));
+    if (!placed || next == records.streaks.size()) continue;
+    const StreakRecord& record = records.streaks[next];
+    if (std::abs(static_cast<double>(record.origin_px.x) - placed->origin_px.x()) > 0.5 ||
+        std::abs(static_cast<double>(record.depth_m) - placed->depth_m) > 1e-4)
+      continue;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const LitStreak& lit = placed->lights[i];
+      const FoldedAngles folded =
+          fold_angles(placed->view_elevation_deg, lit.light_elevation_deg, lit.light_azimuth_deg,
+                      drop.oscillation, views_below(atlas));
+      // By cell, since a weight of nothing may name any.
+      std::map<std::uint32_t, double> wanted, found;
+      for (const LightTap& tap : light_taps(rows, folded)) {
+        const int set =
+            tap.mirrored ? mirrored_oscillation(folded.oscillation) : folded.oscillation;
+        const bool flip = folded.mirrored != tap.mirrored;
+        wanted[static_cast<std::uint32_t>(set << 16 | tap.light << 1 | (flip ? 1 : 0))] +=
+            tap.weight * lit.irradiance_lux[0];
+      }
+      for (std::size_t t = 0; t < 4; ++t) {
+        const LitStreakRecord& tap = records.lit[(2 * next + i) * 4 + t];
+        found[tap.cell] += static_cast<double>(tap.irradiance_lux[0]);
+      }
+      // Angles from an atan of 3e-6 rad, in steps of 20 degrees.
+      for (const auto& [cell, lux] : wanted)
+        EXPECT_NEAR(found[cell], lux, 1e-4 * lit.irradiance_lux[0]) << std::hex << cell;
+    }
+    ++next;
+    if (testing::Test::HasFailure()) FAIL() << "drop " << drop.id;
+  }
+  EXPECT_EQ(next, records.streaks.size());
+  EXPECT_GT(next, 1000u);
+}
+
+TEST(RainRenderer, TheNearestLookupTakesOneView) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(5000);
+  scene.camera.target_m = {1, 5, 4};
+  RainRenderer renderer(scene, shared_atlas(), {.lookup = LookupMode::nearest});
+  for (const StreakRecord& record : renderer.streak_records(1.25).streaks) {
+    const int nearest = static_cast<int>(
+        std::lround(std::abs(static_cast<double>(record.view_elevation_deg)) / 20));
+    const double off = std::abs(std::abs(static_cast<double>(record.view_elevation_deg)) / 20 -
+                                nearest);
+    if (std::abs(off - 0.5) < 1e-3) continue;  // rounding decides
+    EXPECT_EQ(record.view.x, std::min(nearest, 4));
+    EXPECT_EQ(record.view_weight.x, 1.0f);
+    EXPECT_EQ(record.view_weight.y, 0.0f);
+  }
 }
 
 TEST(RainRenderer, ViewsFromBelowAreTheAtlassOwnWhereItHasThem) {

@@ -38,10 +38,16 @@ void add_cell(const Image& image, const CellRect& cell, bool mirrored, const Str
   }
 }
 
+struct Lookup {
+  LookupMode mode = LookupMode::view_linear;
+  std::vector<LightRow> rows = {};
+};
+
 // The cell of one view with all lights, the environment and the coverage of this drop.
 StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
                           const StreakPlacement& placement, int view, double weight,
-                          double transmitted, const Eigen::Vector3d& environment) {
+                          double transmitted, const Eigen::Vector3d& environment,
+                          const Lookup& lookup) {
   const AtlasView& row = atlas.views[static_cast<std::size_t>(view)];
   StreakPicture picture{.width = atlas.cell_width_px,
                         .height = row.height_px,
@@ -53,10 +59,15 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
     const FoldedAngles angles =
         fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
                     light.light_azimuth_deg, drop.oscillation, views_below(atlas));
-    const int column = choose_cells(atlas, angles).light;
-    const Eigen::Vector3d irradiance = weight * transmitted * light.irradiance_lux;
-    add_cell(layer_of(atlas, angles.oscillation).point.at(0), cell_rect(atlas, view, column, 0),
-             angles.mirrored, {irradiance.x(), irradiance.y(), irradiance.z(), 0}, picture);
+    for (const LightTap& tap : mix_cells(atlas, lookup.rows, angles, lookup.mode).lights) {
+      if (tap.weight == 0) continue;
+      const Eigen::Vector3d irradiance = weight * tap.weight * transmitted * light.irradiance_lux;
+      const int oscillation =
+          tap.mirrored ? mirrored_oscillation(angles.oscillation) : angles.oscillation;
+      add_cell(layer_of(atlas, oscillation).point.at(0), cell_rect(atlas, view, tap.light, 0),
+               angles.mirrored != tap.mirrored,
+               {irradiance.x(), irradiance.y(), irradiance.z(), 0}, picture);
+    }
   }
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
   const CellRect single = cell_rect(atlas, view, 0, 0);
@@ -102,11 +113,14 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
 
 // air_per_m: extinction between the camera and the drop.
 Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, double air_per_m,
-                         const Eigen::Vector3d& environment, const Image& screen) {
+                         const Eigen::Vector3d& environment, const Lookup& lookup,
+                         const Image& screen) {
   const StreakPlacement& placement = placed.placement;
-  const CellChoice cells =
-      choose_cells(atlas, fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation,
-                                      views_below(atlas)));
+  const CellMix cells =
+      mix_cells(atlas, lookup.rows,
+                fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation,
+                            views_below(atlas)),
+                lookup.mode);
   std::vector<StreakPicture> pictures;
   for (int i = 0; i < 2; ++i) {
     const auto& view = atlas.views[static_cast<std::size_t>(cells.view[i])];
@@ -123,7 +137,7 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, dou
     const double weight = cells.view_weight[i] * placement.time_share;
     add_streak(placement,
                lit_picture(atlas, *placed.drop, placement, cells.view[i], weight,
-                           std::exp(-air_per_m * placement.distance_m), environment),
+                           std::exp(-air_per_m * placement.distance_m), environment, lookup),
                footprint);
   }
   return footprint;
@@ -176,7 +190,7 @@ Eigen::Vector3d environment_radiance_cd_m2(const Scene& scene) {
 FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
                                const std::vector<Drop>& drops,
                                const Eigen::Vector3d& environment_cd_m2, const Image& background,
-                               const Image& depth_m) {
+                               const Image& depth_m, LookupMode mode) {
   require_picture(background, scene.camera, 3, false, "background");
   require_picture(depth_m, scene.camera, 1, true, "depth");
   std::vector<Eigen::Vector3d> color(depth_m.values.size());
@@ -190,12 +204,13 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
   const std::vector<PlacedDrop> placed = placed_drops(scene, atlas, drops);
   const double air_per_m =
       scene.fog ? scene.fog->extinction_per_m + scene.rain.undrawn_per_m : 0;
+  const Lookup lookup = {mode, light_rows(atlas)};
   constexpr std::size_t batch = 512;
   std::vector<Footprint> footprints(batch);
   for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
     const std::size_t end = std::min(begin + batch, placed.size());
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      footprints[i - begin] = drop_footprint(atlas, placed[i], air_per_m, environment_cd_m2, depth_m);
+      footprints[i - begin] = drop_footprint(atlas, placed[i], air_per_m, environment_cd_m2, lookup, depth_m);
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "atlas/atlas_lookup.h"
 #include "atlas/image.h"
 #include "atlas/streak_atlas.h"
 #include "raytrace/drop_field.h"
@@ -42,6 +43,7 @@ struct FrameComposite {
 FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
                                const std::vector<Drop>& drops,
                                const Eigen::Vector3d& environment_cd_m2, const Image& background,
-                               const Image& depth_m);
+                               const Image& depth_m,
+                               LookupMode mode = LookupMode::view_linear);
 
 }  // namespace pluvia

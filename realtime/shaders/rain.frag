@@ -111,8 +111,8 @@ vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, v
   int cells = counts.z + 2, pitch = span.y + 3;
   int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
   vec4 sum = vec4(0);
-  for (int i = 0; i < counts.y; ++i) {
-    LitStreak lit = lit_streaks[streak_index * counts.y + i];
+  for (int i = 0; i < counts.y * TAPS; ++i) {
+    LitStreak lit = lit_streaks[streak_index * counts.y * TAPS + i];
     int layer_cell = int(lit.cell >> 16) * cells + int(lit.cell >> 1 & 0x7fffu);
     bool flip = (lit.cell & 1u) != 0u;
     int first = (flip ? mirrored : plain) + layer_cell * span.z;

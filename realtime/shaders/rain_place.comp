@@ -38,18 +38,63 @@ bool flips_views_below() {
   return atlas_views[0].x >= 0.0;
 }
 
-// atlas/atlas_lookup.h on vectors: azimuth below 0 is the mirrored drop's; where a view from below
-// is served by one from above, the light's elevation turns over.
-LitStreak lit_streak(Illumination lit, Placement placed, int layer) {
-  DropFrame frame = placed.frame;
-  vec3 folded = vec3(dot(lit.toward, frame.x), dot(lit.toward, frame.y), dot(lit.toward, frame.z));
+// A direction in the drop's frame as the database files it (fold_angles of atlas/atlas_lookup.h):
+// azimuth below 0 is the mirrored drop's; where a view from below is served by one from above, the
+// light's elevation turns over.
+struct Folded {
+  vec3 direction;
+  bool mirrored;
+};
+
+Folded fold(vec3 toward, DropFrame frame) {
+  vec3 folded = vec3(dot(toward, frame.x), dot(toward, frame.y), dot(toward, frame.z));
   if (flips_views_below() && frame.sin_view < 0.0) folded.z = -folded.z;
   bool mirrored = folded.y < 0.0;
   folded.y = abs(folded.y);
-  uint set = uint(mirrored ? mirrored_layer[layer] : layer);
-  return LitStreak(lit.lux.r, lit.lux.g, lit.lux.b,
-                   set << 16 | nearest_light(folded) << 1 | (mirrored ? 1u : 0u));
+  return Folded(folded, mirrored);
 }
+
+uint cell_of(uint light, bool mirrored, int layer) {
+  uint set = uint(mirrored ? mirrored_layer[layer] : layer);
+  return set << 16 | light << 1 | (mirrored ? 1u : 0u);
+}
+
+#if TAPS == 1
+void write_lit(uint first, vec3 lux, Folded folded, int layer) {
+  lit_streaks[first] =
+      LitStreak(lux.r, lux.g, lux.b, cell_of(nearest_light(folded.direction), folded.mirrored, layer));
+}
+#else
+layout(std430, binding = LIGHT_ROWS) readonly buffer LightRows { vec4 light_rows[]; };
+layout(std430, binding = LIGHT_ENTRIES) readonly buffer LightEntries { vec4 light_entries[]; };
+
+// tap_row of atlas/atlas_lookup.cpp.
+void write_row(uint first, vec4 row, float azimuth_deg, vec3 lux, bool mirrored, int layer) {
+  int begin = int(row.y), count = int(row.z), above = 0;
+  while (above < count && light_entries[begin + above].x <= azimuth_deg) ++above;
+  vec4 low = light_entries[begin + (above + count - 1) % count];
+  vec4 high = light_entries[begin + above % count];
+  float from = low.x - (above == 0 ? 360.0 : 0.0), to = high.x + (above == count ? 360.0 : 0.0);
+  float share = count > 1 ? (azimuth_deg - from) / (to - from) : 0.0;
+  vec3 a = (1.0 - share) * lux, b = share * lux;
+  lit_streaks[first] =
+      LitStreak(a.r, a.g, a.b, cell_of(uint(low.y), mirrored != (low.z != 0.0), layer));
+  lit_streaks[first + 1u] =
+      LitStreak(b.r, b.g, b.b, cell_of(uint(high.y), mirrored != (high.z != 0.0), layer));
+}
+
+void write_lit(uint first, vec3 lux, Folded folded, int layer) {
+  vec3 d = folded.direction;
+  float elevation_deg = degrees_per_radian * atan(d.z, length(d.xy));
+  float azimuth_deg = length(d.xy) > 0.0 ? degrees_per_radian * atan(d.y, d.x) : 0.0;
+  int above = 0, rows = light_rows.length();
+  while (above < rows && light_rows[above].x <= elevation_deg) ++above;
+  vec4 low = light_rows[max(above - 1, 0)], high = light_rows[min(above, rows - 1)];
+  float share = high.x > low.x ? (elevation_deg - low.x) / (high.x - low.x) : 0.0;
+  write_row(first, low, azimuth_deg, (1.0 - share) * lux, folded.mirrored, layer);
+  write_row(first + 2u, high, azimuth_deg, share * lux, folded.mirrored, layer);
+}
+#endif
 
 void choose_views(float elevation_deg, out ivec2 view, out vec2 weight) {
   int above = 0;
@@ -59,7 +104,13 @@ void choose_views(float elevation_deg, out ivec2 view, out vec2 weight) {
   if (above == 0 || above == counts.w) return;
   float low = atlas_views[view.x].x, high = atlas_views[view.y].x;
   weight.y = (elevation_deg - low) / (high - low);
+#if VIEW_TAPS == 1
+  weight.y = weight.y > 0.5 ? 1.0 : 0.0;
+  if (weight.y == 1.0) view.x = view.y;
+  weight = vec2(1, 0);
+#else
   weight.x = 1.0 - weight.y;
+#endif
 }
 
 int choose_level(vec2 column_px, vec2 row_px) {
@@ -104,7 +155,8 @@ void write_streak(uint place, Drop drop, Placement placed) {
   for (uint i = 0u; i < uint(counts.y); ++i) {
     Illumination lit = illumination(lights[i], placed.middle_m);
     lit.lux *= streak.transmitted * path_lit_share(lights[i], placed.middle_m, path_m);
-    lit_streaks[place * uint(counts.y) + i] = lit_streak(lit, placed, drop.layer);
+    write_lit((place * uint(counts.y) + i) * TAPS, lit.lux, fold(lit.toward, placed.frame),
+              drop.layer);
   }
 }
 
