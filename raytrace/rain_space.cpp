@@ -17,7 +17,7 @@ constexpr double longest_time_s = 1e7;
 constexpr double drops_per_cell = 128;  // a shader's group holds 256: 11 standard deviations more
 constexpr double most_drops_per_cell = 500;
 constexpr double finest_cell_m = 1e-3;  // their numbers stay integers up to 1e6 m from the origin
-constexpr double finest_texel_m = 0.1;  // of the top heights
+constexpr double finest_texel_m = 0.05;  // of the top heights
 constexpr double most_texels = 1 << 22;
 
 double extinction_per_m(const Rain& rain) {

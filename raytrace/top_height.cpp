@@ -48,15 +48,26 @@ void rasterise(TopHeight& top, const Eigen::Vector3d corner[3]) {
   const auto [low_y, high_y] = std::minmax({a.y(), b.y(), c.y()});
   const Span columns = texels_over(low_x, high_x, top.min_x_m, top.texel_m, top.width);
   const Span rows = texels_over(low_y, high_y, top.min_y_m, top.texel_m, top.height);
+  const auto [low_z, high_z] = std::minmax({a.z(), b.z(), c.z()});
+  // How much an edge's share grows from a texel's centre to its corner.
+  const double half = top.texel_m / 2 / std::abs(area);
+  const auto corner_gain = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+    return half * (std::abs(q.x() - p.x()) + std::abs(q.y() - p.y()));
+  };
+  const double gain_a = corner_gain(b, c), gain_b = corner_gain(c, a), gain_c = corner_gain(a, b);
   for (int j = rows.first; j <= rows.last; ++j) {
     for (int i = columns.first; i <= columns.last; ++i) {
       const double x = top.min_x_m + (i + 0.5) * top.texel_m;
       const double y = top.min_y_m + (j + 0.5) * top.texel_m;
+      const double beside = top.texel_m / 2;
+      if (x + beside < low_x || x - beside > high_x || y + beside < low_y || y - beside > high_y)
+        continue;
       const double wa = edge(b, c, x, y) / area;
       const double wb = edge(c, a, x, y) / area;
       const double wc = edge(a, b, x, y) / area;
-      if (wa < 0 || wb < 0 || wc < 0) continue;
-      const double z = (wa * a.z() + wb * b.z() + wc * c.z()) / (wa + wb + wc);
+      if (wa + gain_a < 0 || wb + gain_b < 0 || wc + gain_c < 0) continue;
+      const double plane = (wa * a.z() + wb * b.z() + wc * c.z()) / (wa + wb + wc);
+      const double z = std::clamp(plane, low_z, high_z);  // the centre may lie beside the triangle
       TopTexel& texel = top.texels[static_cast<std::size_t>(j) *
                                        static_cast<std::size_t>(top.width) +
                                    static_cast<std::size_t>(i)];

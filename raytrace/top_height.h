@@ -14,7 +14,7 @@ struct PlaneRect {  // in a frame's x, y; empty where a minimum is not below its
 };
 
 struct TopTexel {
-  float z_m = -1e30f;  // of the surface at the texel's centre; -1e30 where there is none
+  float z_m = -1e30f;  // of the surface, at the texel's centre; -1e30 where there is none
   float slope_x = 0, slope_y = 0;  // of the triangle there; 0 for one steeper than 4, whose height
 };                                 // at the centre stands for the texel
 
@@ -26,10 +26,12 @@ struct TopHeight {                  // x, y and heights are those of the frame
   double lowest_m = 0;                // of the heights that are; 0 without any
 };
 
-// Exact at texel centres and over all of a texel that one plane fills: the highest triangle over each
-// centre, by rasterising every triangle (edges belong to it, those along the fall have no top). The
-// grid starts at the rectangle's low corner and covers it; an empty rectangle gives no texels;
-// texel_m > 0. Throws std::runtime_error for a grid of more than 2^26 texels.
+// The plane of the highest triangle that touches each texel, by rasterising every triangle
+// conservatively: a texel that a roof covers in part is all under the roof. So no drop is ever seen
+// under a roof, and beside one drops end up to a texel early. Those along the fall have no top.
+// Exact over all of a texel that one plane fills. The grid starts at the rectangle's low corner and
+// covers it; an empty rectangle gives no texels; texel_m > 0. Throws std::runtime_error for a grid of
+// more than 2^26 texels.
 TopHeight top_height(const Mesh& mesh, const FallFrame& frame, const PlaneRect& rect,
                      double texel_m);
 

@@ -76,5 +76,65 @@ TEST(Street, TheCloseSceneShowsWideStreaks) {
   EXPECT_GE(wide, 1);
 }
 
+TEST(Block, ItsProgramWritesTheCommittedFile) {
+  const std::string file = scratch_file("block.gltf", "");
+  ASSERT_EQ(std::system(fmt::format("'{}' '{}'", PLUVIA_MAKE_BLOCK, file).c_str()), 0);
+  EXPECT_TRUE(bytes_of(file) == bytes_of(scenes + "block.gltf"))
+      << "run make_block data/scenes/block.gltf and look at what changed";
+}
+
+// Whether a surface lies above a point, by looking at every triangle.
+bool is_covered(const Mesh& mesh, const Eigen::Vector3d& p) {
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    Eigen::Vector3d c[3];
+    for (std::size_t i = 0; i < 3; ++i)
+      c[i] = mesh.positions_m[mesh.indices[t + i]].cast<double>() - p;
+    const auto cross = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      return a.x() * b.y() - a.y() * b.x();
+    };
+    const double w[3] = {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
+    const bool inside = (w[0] > 0 && w[1] > 0 && w[2] > 0) || (w[0] < 0 && w[1] < 0 && w[2] < 0);
+    if (!inside) continue;
+    const double z =
+        (w[0] * c[0].z() + w[1] * c[1].z() + w[2] * c[2].z()) / (w[0] + w[1] + w[2]);
+    if (z > 1e-6) return true;
+  }
+  return false;
+}
+
+TEST(Block, NoDropIsEverSeenUnderARoof) {
+  Scene scene = read_scene(scenes + "passages.toml");
+  const RainSpace space = make_rain_space(scene);
+  for (const double time_s : {0.0, 2.5, 3.5, 6.0}) {
+    scene.camera = camera_at(scene, time_s);
+    long covered = 0, open = 0, lost = 0;
+    for (const Drop& drop : drop_field(scene, space, 10, time_s)) {
+      // Near the passage, where it could be seen; others would only take time.
+      if (std::abs(drop.centre_m.x()) > 4 || drop.centre_m.y() < 3 || drop.centre_m.z() > 4)
+        continue;
+      const bool hidden = is_covered(scene.mesh, drop.centre_m);
+      const bool drawn = drop.hit_time_s > 0;
+      EXPECT_FALSE(hidden && drawn) << drop.centre_m.transpose() << " at " << time_s << " s";
+      covered += hidden;
+      open += !hidden;
+      lost += !hidden && !drawn;
+    }
+    EXPECT_GT(covered, 200) << time_s;
+    EXPECT_GT(open, 100) << time_s;
+    // A rim of 5 cm along the walls, ledges and pipes.
+    EXPECT_LT(static_cast<double>(lost), 0.2 * static_cast<double>(open)) << time_s;
+  }
+}
+
+TEST(Scenes, EveryShippedSceneIsReadAndHasItsRain) {
+  for (const char* name : {"street", "courtyard", "sun_shower", "passages", "storm", "close"}) {
+    const Scene scene = read_scene(scenes + name + ".toml");
+    const RainSpace space = make_rain_space(scene);
+    EXPECT_GT(space.expected_drops, 60) << name;
+    EXPECT_LE(space.lost_share, scene.rain.lost_share) << name;
+  }
+  EXPECT_EQ(read_scene(scenes + "one_drop.toml").drops.size(), 1u);
+}
+
 }  // namespace
 }  // namespace pluvia

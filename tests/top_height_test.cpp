@@ -82,14 +82,39 @@ TEST(TopHeight, AThinWallAndAFlatTriangleHaveNoTop) {
   for (const TopTexel& texel : top.texels) EXPECT_EQ(texel.z_m, -1e30f);
 }
 
-TEST(TopHeight, ATriangleSmallerThanATexelCountsOnlyAtTheCentre) {
+TEST(TopHeight, ATriangleSmallerThanATexelCoversItAndNoOther) {
   Mesh mesh;
-  add_triangle(mesh, {0.24f, 0.24f, 2}, {0.26f, 0.24f, 2},
-               {0.25f, 0.27f, 2});  // round (0.25, 0.25)
-  add_triangle(mesh, {0.70f, 0.70f, 5}, {0.72f, 0.70f, 5}, {0.70f, 0.72f, 5});  // beside a centre
+  add_triangle(mesh, {0.70f, 0.70f, 5}, {0.72f, 0.70f, 5}, {0.70f, 0.72f, 5});
   const TopHeight top = top_height(mesh, FallFrame{}, {0, 0, 1, 1}, 0.5);
-  EXPECT_EQ(height_at(top, 0.1, 0.4), 2);
-  EXPECT_LT(height_at(top, 0.7, 0.7), -1e29);
+  EXPECT_EQ(height_at(top, 0.9, 0.6), 5);
+  for (const auto& [x, y] : {std::pair(0.1, 0.4), {0.9, 0.4}, {0.4, 0.9}})
+    EXPECT_LT(height_at(top, x, y), -1e29);
+}
+
+TEST(TopHeight, EveryPointUnderATriangleIsUnderItsTop) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<float> place(-1.5f, 1.5f), share(0, 1);
+  for (int trial = 0; trial < 300; ++trial) {
+    Mesh mesh;
+    Eigen::Vector3f corner[3];
+    for (auto& c : corner) c = {place(random), place(random), 3};
+    add_triangle(mesh, corner[0], corner[1], corner[2]);
+    const TopHeight top = top_height(mesh, FallFrame{}, {-2, -2, 2, 2}, 0.17);
+    for (int i = 0; i < 200; ++i) {
+      float u = share(random), v = share(random);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const Eigen::Vector3f p =
+          corner[0] + u * (corner[1] - corner[0]) + v * (corner[2] - corner[0]);
+      ASSERT_NEAR(height_at(top, static_cast<double>(p.x()), static_cast<double>(p.y())), 3, 1e-5);
+    }
+    // And the top reaches no farther than a texel's diagonal beyond it: its area is bounded.
+    const Eigen::Vector2f ab = (corner[1] - corner[0]).head<2>(), ac = (corner[2] - corner[0]).head<2>();
+    const double area = 0.5 * std::abs(static_cast<double>(ab.x() * ac.y() - ab.y() * ac.x()));
+    const double rim = static_cast<double>(ab.norm() + ac.norm() + (ac - ab).norm());
+    double covered = 0;
+    for (const TopTexel& texel : top.texels) covered += texel.z_m > 0 ? 0.17 * 0.17 : 0;
+    ASSERT_LE(covered, area + rim * 0.17 * 1.42 + 8 * 0.17 * 0.17) << trial;
+  }
 }
 
 TEST(TopHeight, NothingIsThereOutsideTheGridOrWithoutSurfaces) {

@@ -95,9 +95,10 @@ tinygltf::Model model_of(const Street& street) {
   model.meshes.emplace_back();
   for (std::size_t i = 0; i < surfaces; ++i) {
     const Part& part = street.parts[i];
+    if (part.indices.empty()) continue;
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = static_cast<int>(i);
+    primitive.material = static_cast<int>(model.materials.size());
     primitive.attributes["POSITION"] =
         accessor(model, part.positions_m, TINYGLTF_COMPONENT_TYPE_FLOAT, 3);
     primitive.indices = accessor(model, part.indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, 1);
