@@ -1,8 +1,9 @@
-// The scene with rain over it: C = exp(-tau) B + S.
+// The scene with rain over it (realtime/shaders/composite.frag).
 #pragma once
 
 #include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
+#include "realtime/rain_pass.h"
 #include "realtime/scene_pass.h"
 
 namespace pluvia {
@@ -14,11 +15,11 @@ struct CompositePass {
   ShaderProgram program = {};
 };
 
-// rain: whether there is any.
-CompositePass make_composite_pass(int width, int height, bool rain);
+// rain: nullptr without any.
+CompositePass make_composite_pass(int width, int height, const RainPass* rain);
 
-// rain: RGBA32F, radiance and tau; nullptr without any.
-void draw_composite(const CompositePass& pass, const ScenePass& scene, const GlTexture* rain);
+// The same rain.
+void draw_composite(const CompositePass& pass, const ScenePass& scene, const RainPass* rain);
 
 PlannedPass plan_of(const CompositePass& pass);
 

@@ -129,6 +129,10 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
                      static_cast<int>(atlas.lights.size()), static_cast<int>(atlas.views.size())};
   const int finest = finest_level_needed(scene, atlas, options);
   uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
+  double drawn_per_m = 0;
+  for (const RainSize& size : scene.rain.sizes)
+    drawn_per_m += size.drops_per_m3 * std::numbers::pi * size.r0_m * size.r0_m;
+  uniforms.air.y = static_cast<float>(drawn_per_m);
   if (scene.fog)
     uniforms.air.x =
         static_cast<float>(scene.fog->extinction_per_m + scene.rain.undrawn_per_m);

@@ -246,7 +246,9 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
   }
   pass.quads = make_quads(pass.quad_indices);
   pass.sum = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
-  pass.target = make_framebuffer({pass.sum.id()}, surfaces.depth.id());
+  pass.coverage = make_texture(GL_R32F, surfaces.width, surfaces.height);
+  pass.seen = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
+  pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
   pass.count = build_program({"rain_count.comp"}, defines(false, pass));
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
   pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
@@ -273,7 +275,8 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
 
 void draw_rain(const RainPass& pass) {
   const float dry[4] = {0, 0, 0, 0};
-  glClearNamedFramebufferfv(pass.target.id(), GL_COLOR, 0, dry);
+  for (const GLint target : {0, 1})
+    glClearNamedFramebufferfv(pass.target.id(), GL_COLOR, target, dry);
   if (pass.uniforms.sizes.w == 0) return;
   bind_inputs(pass);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.id());
@@ -314,6 +317,8 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: sums", pass.sums);
   plan.add("quads", pass.quad_indices);
   plan.add("sum of streaks", pass.sum);
+  plan.add("sum of coverage", pass.coverage);
+  plan.add("rain of the picture", pass.seen);
   return plan;
 }
 

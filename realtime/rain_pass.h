@@ -38,7 +38,9 @@ struct RainPass {
   int taps = 1;       // lit records of a streak and light
   int view_taps = 2;  // views that a streak mixes
   GlTexture sums = {};
-  GlTexture sum = {};  // of all streaks: RGBA32F, radiance and tau
+  GlTexture sum = {};       // of all streaks: RGBA32F, weighted radiance and tau
+  GlTexture coverage = {};  // R32F, weighted coverage
+  GlTexture seen = {};      // RGBA32F: what they add to the picture (realtime/composite_pass.h)
   GlFramebuffer target = {};
   GlVertexArray quads = {};
   ShaderProgram count = {}, place = {}, draw = {}, centres = {};

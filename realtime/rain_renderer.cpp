@@ -66,12 +66,12 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   state.shadows = make_shadow_pass(scene, state.surfaces);
   link_scene_pass(state.surfaces, state.shadows);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
-  const bool rain = !scene.rain.sizes.empty() || !scene.drops.empty();
-  if (rain)
+  if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain =
         make_rain_pass(scene, atlas, options, environment, state.surfaces, state.shadows);
   if (scene.fog) state.fog = make_fog_pass(scene, state.surfaces, state.shadows, environment);
-  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px, rain);
+  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
+                                        state.rain ? &*state.rain : nullptr);
   state.context.check();
 }
 
@@ -98,12 +98,12 @@ Frame RainRenderer::render(double time_s) {
     draw_rain(*state.rain);
     watch.lap("rain", frame.streaks_in_view == 0 ? "no streak in view" : "", frame.costs);
   }
-  draw_composite(state.composite, state.surfaces, state.rain ? &state.rain->sum : nullptr);
+  draw_composite(state.composite, state.surfaces, state.rain ? &*state.rain : nullptr);
   watch.lap("composite", "", frame.costs);
   const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
-  frame.rain = state.rain ? read_texture(state.rain->sum, width, height, 3)
+  frame.rain = state.rain ? read_texture(state.rain->seen, width, height, 3)
                           : make_image(width, height, 3);
   frame.rain_tau =
       state.rain ? read_alpha(state.rain->sum, width, height) : make_image(width, height, 1);

@@ -3,7 +3,8 @@
 // A frame is: the scene (colour and depth), then rain over it,
 //   C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env
 // with S and coverage looked up in the atlas by view and light angles of each drop
-// (atlas_lookup.h). All pictures are linear Rec.709 radiance in cd/m^2, row 0 at the top.
+// (atlas_lookup.h), streaks seen past each other (realtime/shaders/composite.frag). All pictures are
+// linear Rec.709 radiance in cd/m^2, row 0 at the top.
 #pragma once
 
 #include <cstddef>
@@ -45,7 +46,7 @@ struct PacketCounts {
 struct Frame {
   Image color = {};       // RGB, with rain
   Image background = {};  // RGB, the same frame without rain
-  Image rain = {};        // RGB: sum of E S, before it is put over the background; black without rain
+  Image rain = {};        // RGB: what streaks add to the dimmed background; black without rain
   Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage)
   Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
   std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs

@@ -1,8 +1,16 @@
 #version 450 core
-// C = exp(-tau) B + S, with B the mean of the pixel's SUBPIXELS x SUBPIXELS samples.
+// C = T B + S, with B the mean of the pixel's SUBPIXELS x SUBPIXELS samples, T = exp(-sum tau) what all
+// streaks together let through, and S their light as seen past each other.
+//
+// Streaks are added in any order, so which hides which is unknown. In the mean, a streak at distance d
+// has exp(-sigma d) of the rain before it: each is added with that weight, and the sum is scaled so
+// that what covers the pixel is what hides it:  S = sum(w S_i) (1 - T) / sum(w c_i).  For one streak
+// that is S_i exactly; for many faint ones the sum of all.
 layout(binding = SCENE_COLOR) uniform sampler2D scene_color;
 #if WITH_RAIN
-layout(binding = RAIN) uniform sampler2D rain;
+layout(binding = RAIN) uniform sampler2D rain_sum;
+layout(binding = COVERAGE) uniform sampler2D coverage_sum;
+layout(location = 2) out vec4 rain;
 #endif
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 background;
@@ -17,9 +25,16 @@ void main() {
   background = vec4(sum / float(SUBPIXELS * SUBPIXELS), 1);
   color = background;
 #if WITH_RAIN
-  vec4 streaks = texelFetch(rain, px, 0);
-  // exp(-0) need not be 1 exactly on every driver, and a dry pixel keeps its bits.
-  float transmitted = streaks.a == 0.0 ? 1.0 : exp(-streaks.a);
-  color = vec4(transmitted * background.rgb + streaks.rgb, 1);
+  vec4 streaks = texelFetch(rain_sum, px, 0);
+  float coverage = texelFetch(coverage_sum, px, 0).r;
+  rain = vec4(0, 0, 0, 1);
+  // A dry pixel keeps its bits.
+  if (coverage > 0.0) {
+    float tau = streaks.a;
+    // 1 - exp(-tau) without its cancellation.
+    float hidden = tau < 0.01 ? tau * (1.0 - tau * (0.5 - tau / 6.0)) : 1.0 - exp(-tau);
+    rain = vec4(streaks.rgb * (hidden / coverage), 1);
+    color = vec4((1.0 - hidden) * background.rgb + rain.rgb, 1);
+  }
 #endif
 }

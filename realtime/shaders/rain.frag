@@ -18,6 +18,7 @@ layout(binding = CUMULATIVE) uniform sampler2DArray cumulative_sums;
 
 flat in int streak_index;
 layout(location = 0) out vec4 radiance_and_tau;
+layout(location = 1) out float weighted_coverage;
 
 float cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
 
@@ -147,9 +148,11 @@ vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float 
 
 // -log(1 - c), c the share of pixel and exposure that is covered. c = 1 would be a drop that stands
 // still before the whole pixel; 14 optical depths hide the background as well as infinity does.
+const float most_coverage = 1.0 - 1e-6;
+
 float optical_depth(float c) {
   if (c < 0.03) return c * (1.0 + c * (0.5 + c * (1.0 / 3.0 + c * 0.25)));  // 1 - c would round c
-  return -log(max(1.0 - c, 1e-6));
+  return -log(1.0 - min(c, most_coverage));
 }
 
 void main() {
@@ -171,5 +174,7 @@ void main() {
   }
   // Added up by the blender in the order of the streaks: GL keeps the order of primitives within a
   // pixel, so float sums come out the same whatever the number of threads.
-  radiance_and_tau = vec4(sum.rgb, optical_depth(sum.a));
+  float weight = exp(-air.y * streak.depth_m);  // see composite.frag
+  radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a));
+  weighted_coverage = weight * min(sum.a, most_coverage);
 }
