@@ -1,0 +1,136 @@
+// What a frame of rain costs by drops, packets, lookup and lights: medians of frames of one run on one
+// machine, so that its rows may be compared with each other and with nothing else.
+//   rain_cost [--frames 3] [--most-drops 100000]
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "realtime/rain_renderer.h"
+#include "tests/synthetic_atlas.h"
+
+namespace pluvia {
+namespace {
+
+struct CostFlags {
+  int frames = 3;
+  double most_drops = 1e5;
+};
+
+// Far drops, 12 to 40 m away, all of them in a box that the picture holds.
+Scene far_rain(double drops, int lights) {
+  Scene scene;
+  scene.camera.width_px = 1280;
+  scene.camera.height_px = 720;
+  scene.camera.position_m = {0, 0, 8};
+  scene.camera.target_m = {0, 10, 8};
+  scene.camera.vertical_fov_deg = 50;
+  scene.environment.uniform_cd_m2 = {0.5, 0.6, 0.8};
+  scene.rain.box_min_m = {-9, 12, 3};
+  scene.rain.box_max_m = {9, 40, 13};
+  scene.rain.sizes = {{.drops_per_m3 = drops / (18 * 28 * 10)}};
+  scene.rain.culling_radius_m = 45;
+  scene.rain.local_height_m = 10;
+  for (int i = 0; i < lights; ++i) {
+    const double turn = 2 * std::numbers::pi * i / 6;
+    scene.lights.push_back({fmt::format("lamp {}", i),
+                            {9 * std::cos(turn), 26 + 15 * std::sin(turn), 9},
+                            {900, 700, 400}});
+  }
+  return scene;
+}
+
+struct Cost {
+  double wall_s = 0, cpu_s = 0, frame_s = 0;
+  long streaks = 0, looked_at = 0;
+  std::size_t bytes = 0;  // beside the atlas
+};
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+Cost measure(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
+             int frames) {
+  RainRenderer renderer(scene, atlas, options);
+  renderer.render(0);  // compiles, and makes the records' room
+  Cost cost;
+  std::vector<double> wall, cpu, all;
+  for (int k = 0; k < frames; ++k) {
+    const Frame frame = renderer.render(0.1 * (k + 1));
+    double sum = 0;
+    for (const PassCost& pass : frame.costs) {
+      sum += pass.wall_s;
+      if (pass.pass != "rain") continue;
+      wall.push_back(pass.wall_s);
+      cpu.push_back(pass.cpu_s);
+    }
+    all.push_back(sum);
+    cost.streaks = frame.streaks_in_view;
+    cost.looked_at = frame.packets.drops_looked_at;
+  }
+  cost.wall_s = median(wall), cost.cpu_s = median(cpu), cost.frame_s = median(all);
+  for (const PlannedPass& pass : renderer.plan().passes) {
+    if (pass.name != "rain") continue;
+    for (const PlannedResource& resource : pass.resources)
+      cost.bytes += resource.name == "atlas: sums" ? 0 : resource.bytes;
+  }
+  return cost;
+}
+
+const char* lookup_name(LookupMode mode) {
+  return mode == LookupMode::nearest       ? "nearest"
+         : mode == LookupMode::view_linear ? "view-linear"
+                                           : "trilinear";
+}
+
+void run(const CostFlags& flags) {
+  const StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
+  fmt::print("| drops | packets | lookup | lights | streaks | looked at | rain ms | CPU ms | us CPU "
+             "a streak | MB beside the atlas |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  const auto row = [&](double drops, PacketScheme scheme, LookupMode lookup, int lights) {
+    const Cost cost =
+        measure(far_rain(drops, lights), atlas,
+                {.packets = {.scheme = scheme}, .lookup = lookup}, flags.frames);
+    fmt::print("| {:.0f} | {} | {} | {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.1f} |\n", drops,
+               packet_scheme_name(scheme), lookup_name(lookup), lights, cost.streaks,
+               cost.looked_at, 1e3 * cost.wall_s, 1e3 * cost.cpu_s,
+               1e6 * cost.cpu_s / std::max(1.0, static_cast<double>(cost.streaks)),
+               static_cast<double>(cost.bytes) / 1e6);
+    std::fflush(stdout);
+  };
+  for (double drops = 1e3; drops <= flags.most_drops; drops *= 10)
+    row(drops, PacketScheme::tree, LookupMode::view_linear, 1);
+  for (const auto scheme : {PacketScheme::world, PacketScheme::grid})
+    row(1e4, scheme, LookupMode::view_linear, 1);
+  for (const auto lookup : {LookupMode::nearest, LookupMode::trilinear})
+    row(1e4, PacketScheme::tree, lookup, 1);
+  for (int lights = 2; lights <= 6; ++lights)
+    row(1e4, PacketScheme::tree, LookupMode::view_linear, lights);
+}
+
+}  // namespace
+}  // namespace pluvia
+
+int main(int argc, char** argv) {
+  CLI::App app("What a frame of rain costs", "rain_cost");
+  pluvia::CostFlags flags;
+  app.add_option("--frames", flags.frames, "of which the median is taken")->check(CLI::Range(1, 99));
+  app.add_option("--most-drops", flags.most_drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    pluvia::run(flags);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "rain_cost: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}
