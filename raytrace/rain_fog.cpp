@@ -2,33 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
+
+#include "raytrace/ray_stretch.h"
 
 namespace pluvia {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-struct Stretch {
-  double from = 0, to = infinity;
-};
-
-void clip(double slope, double low, double high, Stretch& stretch) {
-  if (slope == 0) {
-    if (!(low <= 0 && high >= 0)) stretch.to = -1;
-    return;
-  }
-  stretch.from = std::max(stretch.from, std::min(low / slope, high / slope));
-  stretch.to = std::min(stretch.to, std::max(low / slope, high / slope));
-}
 
 // Where the ray leaves the prism.
 double local_end(const RainFog& fog, const FogSlab& slab, const Eigen::Vector3d& direction) {
   const double along = direction.dot(slab.against_fall);
   const double across = (direction - along * slab.against_fall).norm();
-  Stretch local;
-  clip(along, slab.low_m, slab.high_m, local);
+  RayStretch local;
+  clip(0, along, slab.low_m, slab.high_m, local);
   if (across > 0) local.to = std::min(local.to, fog.culling_radius_m / across);
   return std::max(0.0, local.to);
 }
@@ -45,8 +30,7 @@ RainFog rain_fog(const Scene& scene, const RainSpace& space) {
   fog.box_max_m = scene.rain.box_max_m - camera_m;
   for (std::size_t i = 0; i < scene.rain.sizes.size(); ++i) {
     const RainSizeSpace& size = space.sizes[i];
-    const double per_m =
-        size.drops.drops_per_m3 * std::numbers::pi * size.drops.r0_m * size.drops.r0_m;
+    const double per_m = extinction_per_m(size.drops);
     const auto same = std::find_if(fog.slabs.begin(), fog.slabs.end(), [&](const FogSlab& slab) {
       return (slab.against_fall - size.frame.z).norm() < 1e-12;
     });
@@ -63,9 +47,9 @@ RainFog rain_fog(const Scene& scene, const RainSpace& space) {
 
 double fog_depth(const RainFog& fog, const Eigen::Vector3d& direction, double distance_m) {
   double depth = fog.everywhere_per_m > 0 ? fog.everywhere_per_m * distance_m : 0;
-  Stretch box;
+  RayStretch box;
   for (int axis = 0; axis < 3; ++axis)
-    clip(direction[axis], fog.box_min_m[axis], fog.box_max_m[axis], box);
+    clip(0, direction[axis], fog.box_min_m[axis], fog.box_max_m[axis], box);
   box.to = std::min(box.to, distance_m);
   for (const FogSlab& slab : fog.slabs) {
     const double from = std::max(box.from, local_end(fog, slab, direction));

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "raytrace/ray_stretch.h"
+
 namespace pluvia {
 namespace {
 
@@ -19,27 +21,6 @@ constexpr double most_drops_per_cell = 500;
 constexpr double finest_cell_m = 1e-3;  // their numbers stay integers up to 1e6 m from the origin
 constexpr double finest_texel_m = 0.05;  // of the top heights
 constexpr double most_texels = 1 << 22;
-
-double extinction_per_m(const Rain& rain) {
-  double sum = 0;
-  for (const RainSize& size : rain.sizes) sum += size.drops_per_m3 * pi * size.r0_m * size.r0_m;
-  return sum;
-}
-
-struct Stretch {  // of a ray; empty where from >= to
-  double from = 0, to = std::numeric_limits<double>::infinity();
-};
-
-// Keeps what lies between low and high along one axis.
-void clip(double origin, double slope, double low, double high, Stretch& stretch) {
-  if (slope == 0) {
-    if (!(origin >= low && origin <= high)) stretch.to = -1;
-    return;
-  }
-  const double a = (low - origin) / slope, b = (high - origin) / slope;
-  stretch.from = std::max(stretch.from, std::min(a, b));
-  stretch.to = std::min(stretch.to, std::max(a, b));
-}
 
 // The box along an axis of a frame.
 Extent box_along(const Rain& rain, const Eigen::Vector3d& axis) {
@@ -57,7 +38,7 @@ double slab_floor_m(double camera_m, double height_m, const Extent& box) {
 struct ViewRays {  // of a camera, with the stretches that lie in the rain's box
   Eigen::Vector3d camera_m = {0, 0, 0};
   std::vector<Eigen::Vector3d> directions = {};
-  std::vector<Stretch> rain = {};
+  std::vector<RayStretch> rain = {};
 };
 
 ViewRays view_rays(const Camera& camera, const Rain& rain) {
@@ -69,7 +50,7 @@ ViewRays view_rays(const Camera& camera, const Rain& rain) {
       const double x = ((i + 0.5) / columns - 0.5) * camera.width_px / frame.focal_px;
       const double y = (0.5 - (j + 0.5) / rows) * camera.height_px / frame.focal_px;
       const Eigen::Vector3d d = (frame.forward + x * frame.right + y * frame.up).normalized();
-      Stretch stretch;
+      RayStretch stretch;
       for (int axis = 0; axis < 3; ++axis)
         clip(camera.position_m[axis], d[axis], rain.box_min_m[axis], rain.box_max_m[axis], stretch);
       if (!(stretch.from < stretch.to)) continue;
@@ -81,7 +62,7 @@ ViewRays view_rays(const Camera& camera, const Rain& rain) {
 }
 
 // int exp(-sigma s) ds over the stretch, times sigma.
-double seen(const Stretch& stretch, double sigma) {
+double seen(const RayStretch& stretch, double sigma) {
   if (!(stretch.from < stretch.to)) return 0;
   return std::exp(-sigma * stretch.from) * -std::expm1(-sigma * (stretch.to - stretch.from));
 }
@@ -99,7 +80,7 @@ struct LossModel {  // of one camera and one direction of fall
     for (std::size_t i = 0; i < rays.directions.size(); ++i) {
       const Eigen::Vector3d& d = rays.directions[i];
       const double across = std::hypot(d.dot(frame.x), d.dot(frame.y));
-      Stretch local = rays.rain[i];
+      RayStretch local = rays.rain[i];
       local.to = std::min(local.to, across > 0 ? radius_m / across : local.to);
       clip(camera_z, d.dot(frame.z), floor, floor + height_m, local);
       kept += seen(local, sigma);
@@ -120,7 +101,8 @@ std::vector<ViewRays> all_view_rays(const Scene& scene) {
 std::vector<LossModel> loss_models(const Rain& rain, const std::vector<ViewRays>& all_rays) {
   std::vector<LossModel> models;
   // So thin a rain that nothing is dimmed: distance alone counts, and the share has the same limit.
-  const double sigma = std::max(extinction_per_m(rain), 1e-9);
+  double sigma = 1e-9;
+  for (const RainSize& size : rain.sizes) sigma += extinction_per_m(size);
   std::vector<FallFrame> frames;  // sizes that fall alike lose alike
   for (const RainSize& size : rain.sizes) {
     const FallFrame frame = fall_frame(size.velocity_m_s);
@@ -310,6 +292,10 @@ std::array<std::uint32_t, 3> rain_hash(std::uint32_t a, std::uint32_t b, std::ui
   for (std::uint32_t& word : v) word ^= word >> 16;
   mix();
   return v;
+}
+
+double extinction_per_m(const RainSize& size) {
+  return size.drops_per_m3 * pi * size.r0_m * size.r0_m;
 }
 
 double lost_share(const Scene& scene, double culling_radius_m, double local_height_m) {

@@ -80,8 +80,11 @@ struct RainSpace {
   double expected_drops = 0; // in the local space
 };
 
+// n pi r0^2, one cross-section for each drop (Q = 1, oscillation/size_distribution.h), 1/m.
+double extinction_per_m(const RainSize& size);
+
 // lost_share. Along a view ray the rain at distance s adds to the picture in proportion to its
-// extinction sigma = sum n pi r0^2 and to what is left of its light, exp(-sigma s). Of all that
+// extinction sigma, the sum of all sizes, and to what is left of its light, exp(-sigma s). Of all that
 // along the picture's rays, from the camera to where they leave the rain's box, the part outside the
 // local space is lost; surfaces are ignored: they hide more of the far rain than of the near. With
 // several directions of fall, and along a camera path, the greatest share counts. Where the scene leaves both sizes open, the

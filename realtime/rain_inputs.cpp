@@ -130,8 +130,7 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
   const int finest = finest_level_needed(scene, atlas, options);
   uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
   double drawn_per_m = 0;
-  for (const RainSize& size : scene.rain.sizes)
-    drawn_per_m += size.drops_per_m3 * std::numbers::pi * size.r0_m * size.r0_m;
+  for (const RainSize& size : scene.rain.sizes) drawn_per_m += extinction_per_m(size);
   uniforms.air.y = static_cast<float>(drawn_per_m);
   if (scene.fog)
     uniforms.air.x =

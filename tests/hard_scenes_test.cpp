@@ -13,14 +13,8 @@
 namespace pluvia {
 namespace {
 
-const StreakAtlas& shared_atlas() {
-  static const StreakAtlas atlas =
-      synthetic_atlas({.cell_width_px = 8, .levels = 4, .path_rows = 247, .margin_rows = 4});
-  return atlas;
-}
-
 Frame draw(const Scene& scene, const RenderOptions& options = {}) {
-  RainRenderer renderer(scene, shared_atlas(), options);
+  RainRenderer renderer(scene, quarter_atlas(), options);
   return renderer.render(0.4);
 }
 
@@ -90,7 +84,7 @@ TEST(HardScene, ALongExposureBlursRainAndKeepsItsOpticalDepth) {
   const Frame blurred = draw(scene);
   expect_sound(blurred);
   scene.camera.exposure_s = 1.0 / 60;
-  RainRenderer renderer(scene, shared_atlas());
+  RainRenderer renderer(scene, quarter_atlas());
   double sharp = 0;
   constexpr int frames = 60;
   for (int k = 0; k < frames; ++k) sharp += sum_of(renderer.render(0.4 + k / 60.0).rain_tau) / frames;

@@ -13,12 +13,6 @@
 namespace pluvia {
 namespace {
 
-const StreakAtlas& shared_atlas() {
-  static const StreakAtlas atlas =
-      synthetic_atlas({.cell_width_px = 8, .levels = 4, .path_rows = 247, .margin_rows = 4});
-  return atlas;
-}
-
 Eigen::Vector3d direction_of(const Camera& camera, int x, int y) {
   const CameraFrame frame = camera_frame(camera);
   return (frame.focal_px * frame.forward + (x + 0.5 - camera.width_px / 2.0) * frame.right -
@@ -40,9 +34,9 @@ TEST(Fog, VeilsSurfacesAndSkyAsItsFormulaSays) {
   scene.rain.local_height_m = 4;
   scene.rain.undrawn_per_m = 5e-3;
   scene.camera.target_m = {1, 5, 1.2};
-  const Frame clear = RainRenderer(scene, shared_atlas()).render(0);
+  const Frame clear = RainRenderer(scene, quarter_atlas()).render(0);
   scene.fog = Fog{.extinction_per_m = 0.02};
-  RainRenderer renderer(scene, shared_atlas());
+  RainRenderer renderer(scene, quarter_atlas());
   const Frame frame = renderer.render(0);
   const RainFog fog = rain_fog(scene, make_rain_space(scene));
   int surfaces = 0, sky = 0;
@@ -77,9 +71,9 @@ TEST(Fog, DimsAStreakByWhatLiesBeforeIt) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(0);
   scene.drops = {{.centre_m = {0.8, 9, 2}}};
-  const Frame clear = RainRenderer(scene, shared_atlas()).render(0);
+  const Frame clear = RainRenderer(scene, quarter_atlas()).render(0);
   scene.fog = Fog{.extinction_per_m = 0.1};
-  const Frame frame = RainRenderer(scene, shared_atlas()).render(0);
+  const Frame frame = RainRenderer(scene, quarter_atlas()).render(0);
   const Eigen::Vector3d middle(0.8, 9, 2 - 8.49 / 120);
   const double left = std::exp(-0.1 * (middle - scene.camera.position_m).norm());
   for (int c = 0; c < 3; ++c) {
@@ -154,7 +148,7 @@ TEST(Fog, GlowIsTheIntegralOfTheLightThatIsScatteredOnce) {
 TEST(FramePlan, AnEffectThatIsNotCalledForContributesNothing) {
   PLUVIA_NEEDS_OPENGL();
   const auto plan_of = [](const Scene& scene) {
-    return RainRenderer(scene, shared_atlas()).plan();
+    return RainRenderer(scene, quarter_atlas()).plan();
   };
   Scene dry = rainy_scene(0);
   const FramePlan bare = plan_of(dry);
@@ -193,7 +187,7 @@ TEST(FramePlan, WhatCannotBeSeenIsSkippedAndSaidSo) {
   scene.rain.culling_radius_m = 60;
   scene.rain.box_max_m.z() = 1;  // below the camera
   scene.camera.target_m = {1, 5, 9};
-  RainRenderer renderer(scene, shared_atlas());
+  RainRenderer renderer(scene, quarter_atlas());
   const Frame frame = renderer.render(0);
   ASSERT_EQ(frame.costs.size(), 4u);
   EXPECT_EQ(frame.costs[1].pass, "fog");

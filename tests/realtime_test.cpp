@@ -21,12 +21,6 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-const StreakAtlas& shared_atlas() {
-  static const StreakAtlas atlas =
-      synthetic_atlas({.cell_width_px = 8, .levels = 4, .path_rows = 247, .margin_rows = 4});
-  return atlas;
-}
-
 StreakGeometry geometry_of(const StreakAtlas& atlas) {
   return {atlas.pixel_m, static_cast<double>(atlas.cell_width_px), atlas.exposure_s,
           atlas.views[0].path_top_row};
@@ -38,7 +32,7 @@ constexpr RenderOptions no_selection = {.packets = {.scheme = PacketScheme::worl
 TEST(RainRenderer, DropsAreWhereTheDropFieldSaysAlsoAfterADay) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(5000);
-  RainRenderer renderer(scene, shared_atlas(), no_selection);
+  RainRenderer renderer(scene, quarter_atlas(), no_selection);
   for (const double time_s : {0.0, 3.7, 86400.0, 86400.0 * 30 + 0.123}) {
     const auto drops = drop_field(scene, make_rain_space(scene), 10, time_s);
     const std::vector<float> centres = renderer.drop_centres_m(time_s);
@@ -155,7 +149,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas, Scene scene)
 
 TEST(RainRenderer, StreaksArePlacedAndLitAsTheirFormulasSay) {
   PLUVIA_NEEDS_OPENGL();
-  expect_streaks_as_their_formulas_say(shared_atlas(), rainy_scene(20000));
+  expect_streaks_as_their_formulas_say(quarter_atlas(), rainy_scene(20000));
 }
 
 TEST(RainRenderer, SpotsAndSunsLightDropsAsTheirFormulasSay) {
@@ -169,13 +163,13 @@ TEST(RainRenderer, SpotsAndSunsLightDropsAsTheirFormulasSay) {
   sun.direction = Eigen::Vector3d(1, 2, -2) / 3;
   sun.illuminance_lux = {8, 7, 6};
   scene.lights = {spot, sun};
-  expect_streaks_as_their_formulas_say(shared_atlas(), scene);
+  expect_streaks_as_their_formulas_say(quarter_atlas(), scene);
 }
 
 TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(20000);
-  const StreakAtlas& atlas = shared_atlas();
+  const StreakAtlas& atlas = quarter_atlas();
   RainRenderer renderer(scene, atlas, {.lookup = LookupMode::trilinear});
   const StreakRecords records = renderer.streak_records(1.25);
   ASSERT_EQ(records.lit.size(), 8 * records.streaks.size());
@@ -221,7 +215,7 @@ TEST(RainRenderer, TheNearestLookupTakesOneView) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(5000);
   scene.camera.target_m = {1, 5, 4};
-  RainRenderer renderer(scene, shared_atlas(), {.lookup = LookupMode::nearest});
+  RainRenderer renderer(scene, quarter_atlas(), {.lookup = LookupMode::nearest});
   for (const StreakRecord& record : renderer.streak_records(1.25).streaks) {
     const int nearest = static_cast<int>(
         std::lround(std::abs(static_cast<double>(record.view_elevation_deg)) / 20));
@@ -236,7 +230,7 @@ TEST(RainRenderer, TheNearestLookupTakesOneView) {
 
 TEST(RainRenderer, ViewsFromBelowAreTheAtlassOwnWhereItHasThem) {
   PLUVIA_NEEDS_OPENGL();
-  StreakAtlas atlas = shared_atlas();
+  StreakAtlas atlas = quarter_atlas();
   for (std::size_t i = 0; i < 5; ++i) atlas.views[i].elevation_deg = 40 * static_cast<int>(i) - 80;
   ASSERT_EQ(views_below(atlas), ViewsBelow::own);
   expect_streaks_as_their_formulas_say(atlas, rainy_scene(20000));
@@ -245,11 +239,11 @@ TEST(RainRenderer, ViewsFromBelowAreTheAtlassOwnWhereItHasThem) {
 TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(20000);
-  RainRenderer renderer(scene, shared_atlas());
+  RainRenderer renderer(scene, quarter_atlas());
   // A drop counts when its path's middle is in the picture.
   std::size_t inside = 0;
   for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 0.5)) {
-    const auto placed = place_streak(scene, drop, geometry_of(shared_atlas()));
+    const auto placed = place_streak(scene, drop, geometry_of(quarter_atlas()));
     if (!placed || placed->clip_row < 150) continue;
     const Eigen::Vector2d middle =
         placed->origin_px + 4 * placed->column_px + 127.5 * placed->row_px;
@@ -287,7 +281,7 @@ TEST(RainRenderer, SlantedRainOfSeveralSizesIsWhereTheDropFieldSays) {
     scene.camera.target_m += to;
     scene.rain.box_min_m += to;
     scene.rain.box_max_m += to;
-    RainRenderer renderer(scene, shared_atlas(), no_selection);
+    RainRenderer renderer(scene, quarter_atlas(), no_selection);
     const RainSpace space = make_rain_space(scene);
     for (const double time_s : {0.3, 86400.25}) {
       const auto drops = drop_field(scene, space, 10, time_s);
@@ -317,7 +311,7 @@ std::string frame_bytes(const Frame& frame) {
 TEST(RainRenderer, AFrameHasTheSameBytesForEveryRunAndNumberOfThreads) {
   PLUVIA_NEEDS_OPENGL();
   if (const char* file = std::getenv("PLUVIA_TEST_FRAME")) {
-    RainRenderer renderer(rainy_scene(20000), shared_atlas());
+    RainRenderer renderer(rainy_scene(20000), quarter_atlas());
     std::ofstream(file, std::ios::binary) << frame_bytes(renderer.render(0.5));
     return;
   }
@@ -357,7 +351,7 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
   scene.lights = {{"lamp", {0.2, 8, 2.5}, {900, 700, 400}}, spot, sun};
   const auto lit_records = [&](bool shadow) {
     for (Light& light : scene.lights) light.shadow = shadow;
-    RainRenderer renderer(scene, shared_atlas());
+    RainRenderer renderer(scene, quarter_atlas());
     return renderer.streak_records(1.25);
   };
   const StreakRecords open = lit_records(false), shaded = lit_records(true);
@@ -366,7 +360,7 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
   std::size_t next = 0;
   int dark[3] = {}, bright[3] = {};
   for (const Drop& drop : drop_field(scene, space, 10, 1.25)) {
-    const auto placed = place_streak(scene, drop, geometry_of(shared_atlas()));
+    const auto placed = place_streak(scene, drop, geometry_of(quarter_atlas()));
     if (!placed || next == open.streaks.size()) continue;
     const double dz = static_cast<double>(open.streaks[next].depth_m) - placed->depth_m;
     const double dx =
@@ -408,12 +402,12 @@ TEST(RainRenderer, ACameraOnAPathSeesWhatACameraAtThatPlaceSees) {
   PLUVIA_NEEDS_OPENGL();
   Scene moving = mixed_scene();
   moving.camera_path = {{0, {0.3, -0.4, 1.6}, {1, 5, 2.1}}, {2, {1.5, 2, 3}, {1, 5, 2.1}}};
-  RainRenderer renderer(moving, shared_atlas());
+  RainRenderer renderer(moving, quarter_atlas());
   renderer.render(0);
   const Frame moved = renderer.render(1.25);
   Scene still = mixed_scene();
   still.camera = camera_at(moving, 1.25);
-  const Frame there = RainRenderer(still, shared_atlas()).render(1.25);
+  const Frame there = RainRenderer(still, quarter_atlas()).render(1.25);
   EXPECT_EQ(moved.streaks_in_view, there.streaks_in_view);
   // Vertices are relative to the first camera: 2^-24 of 3 m.
   double worst = 0, sum = 0;
@@ -433,7 +427,7 @@ TEST(RainRenderer, EverySchemeOfPacketsGivesTheSameBytes) {
   long world_drops = 0;
   for (const PacketScheme scheme : {PacketScheme::world, PacketScheme::tree, PacketScheme::grid}) {
     for (const auto selection : {PacketSelection::rectangle, PacketSelection::hull}) {
-      RainRenderer renderer(mixed_scene(), shared_atlas(),
+      RainRenderer renderer(mixed_scene(), quarter_atlas(),
                             {.packets = {scheme, selection, 64}});
       const Frame frame = renderer.render(0.5);
       if (first.empty()) first = frame_bytes(frame);

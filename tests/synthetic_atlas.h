@@ -86,4 +86,11 @@ inline StreakAtlas synthetic_atlas(const SyntheticSize& size = {}) {
   return atlas;
 }
 
+// A quarter of it, for tests that look at places and passes rather than at pictures.
+inline const StreakAtlas& quarter_atlas() {
+  static const StreakAtlas atlas =
+      synthetic_atlas({.cell_width_px = 8, .levels = 4, .path_rows = 247, .margin_rows = 4});
+  return atlas;
+}
+
 }  // namespace pluvia
