@@ -77,6 +77,10 @@ void sum_density(DensityMap& map) {
   }
 }
 
+double mean_density(const DensityMap& map) {
+  return map.share.empty() ? 1 : map.sums.back() / (static_cast<double>(map.width) * map.height);
+}
+
 Eigen::Vector2d density_texel(const DensityMap& map, const Eigen::Vector2d& place_m) {
   const Eigen::Vector2d texel = texel_m(map);
   return {(place_m.x() - map.min_m.x()) / texel.x(), (map.max_m.y() - place_m.y()) / texel.y()};

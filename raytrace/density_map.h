@@ -27,6 +27,9 @@ DensityMap read_density_map(const std::string& file, const Eigen::Vector2d& min_
 // Fills `sums` from `share`.
 void sum_density(DensityMap& map);
 
+// Over the map; 1 without one.
+double mean_density(const DensityMap& map);
+
 // Texel coordinates (column, row) of a place of the plane.
 Eigen::Vector2d density_texel(const DensityMap& map, const Eigen::Vector2d& place_m);
 

@@ -76,9 +76,8 @@ void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& ce
 
 void Field::add_size(int size_index, double time_s) {
   const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const LocalSpace local = local_space(space, size_index, scene.camera.position_m, time_s);
   if (size.cell_m == 0) return;
-  const LocalSpace local =
-      local_space(space, size_index, scene.camera.position_m, time_s);
   const CellRange cells = local_cells(space, size_index, local);
   for (int y = cells.y0; y < cells.y1; ++y) {
     for (int x = cells.x0; x < cells.x1; ++x) {

@@ -25,4 +25,8 @@ inline FallFrame fall_frame(const Eigen::Vector3d& velocity) {
   return frame;
 }
 
+inline bool same_fall(const FallFrame& a, const FallFrame& b) {
+  return (a.z - b.z).norm() < 1e-12;
+}
+
 }  // namespace pluvia

@@ -16,6 +16,11 @@ double cosine_deg(double angle_deg) {
 
 }  // namespace
 
+SpotCosines spot_cosines(const Light& light) {
+  const double outer = cosine_deg(light.outer_half_angle_deg);
+  return {std::max(cosine_deg(light.inner_half_angle_deg), outer + 1e-6), outer};
+}
+
 Illumination illumination(const Light& light, const Eigen::Vector3d& at_m) {
   if (light.kind == LightKind::sun)
     return {-light.direction, std::numeric_limits<double>::infinity(), light.illuminance_lux};
@@ -26,10 +31,9 @@ Illumination illumination(const Light& light, const Eigen::Vector3d& at_m) {
   const double near_m = std::max({lit.distance_m, light.radius_m, least_distance_m});
   lit.lux = light.intensity_cd / (near_m * near_m);
   if (light.kind == LightKind::spot) {
-    const double outer = cosine_deg(light.outer_half_angle_deg);
-    const double inner = cosine_deg(light.inner_half_angle_deg);
+    const SpotCosines rim = spot_cosines(light);
     const double cosine = -lit.toward.dot(light.direction);
-    const double t = std::clamp((cosine - outer) / std::max(inner - outer, 1e-6), 0.0, 1.0);
+    const double t = std::clamp((cosine - rim.outer) / (rim.inner - rim.outer), 0.0, 1.0);
     lit.lux *= t * t;
   }
   return lit;

@@ -8,6 +8,12 @@
 
 namespace pluvia {
 
+// Cosines of a spot's half-angles, the outer at least 1e-6 below the inner.
+struct SpotCosines {
+  double inner = 1, outer = 0;
+};
+SpotCosines spot_cosines(const Light& light);
+
 struct Illumination {
   Eigen::Vector3d toward = {0, 0, 1};  // the light, unit
   double distance_m = 0;               // to its centre; infinite for the sun

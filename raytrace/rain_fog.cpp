@@ -20,17 +20,23 @@ double local_end(const RainFog& fog, const FogSlab& slab, const Eigen::Vector3d&
 
 }  // namespace
 
+double air_per_m(const Scene& scene) {
+  if (!scene.fog) return 0;
+  return scene.fog->extinction_per_m +
+         mean_density(scene.rain.density) * scene.rain.undrawn_per_m;
+}
+
 RainFog rain_fog(const Scene& scene, const RainSpace& space) {
   RainFog fog;
   if (!scene.fog) return fog;
   const Eigen::Vector3d& camera_m = scene.camera.position_m;
-  fog.everywhere_per_m = scene.fog->extinction_per_m + scene.rain.undrawn_per_m;
+  fog.everywhere_per_m = air_per_m(scene);
   fog.culling_radius_m = space.culling_radius_m;
   fog.box_min_m = scene.rain.box_min_m - camera_m;
   fog.box_max_m = scene.rain.box_max_m - camera_m;
   for (std::size_t i = 0; i < scene.rain.sizes.size(); ++i) {
     const RainSizeSpace& size = space.sizes[i];
-    const double per_m = extinction_per_m(size.drops);
+    const double per_m = mean_density(scene.rain.density) * extinction_per_m(size.drops);
     const auto same = std::find_if(fog.slabs.begin(), fog.slabs.end(), [&](const FogSlab& slab) {
       return (slab.against_fall - size.frame.z).norm() < 1e-12;
     });

@@ -5,6 +5,7 @@
 // Along a view ray at distance s the extinction is
 //   sigma(s) = everywhere + sum over sizes of n pi r0^2 where the ray is in the box and has left the
 //              size's local space
+// (a density map thins all of it alike, by its mean)
 // with one cross-section for each drop (Q = 1, oscillation/size_distribution.h), and
 //   tau(d) = int_0^d sigma ds,  B' = B exp(-tau(d)) + L_env (1 - exp(-tau(d)))
 // exact for drops that absorb nothing in a uniform environment. The light of lamps and suns that the
@@ -32,6 +33,9 @@ struct RainFog {
   Eigen::Vector3d box_min_m = {0, 0, 0}, box_max_m = {0, 0, 0};  // from the camera
   std::vector<FogSlab> slabs = {};
 };
+
+// The extinction where drops are drawn: mist and drops too small to be drawn. 0 without scene.fog.
+double air_per_m(const Scene& scene);
 
 // For scene.camera as it is now. Without scene.fog there is none: all zero.
 RainFog rain_fog(const Scene& scene, const RainSpace& space);

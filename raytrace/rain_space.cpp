@@ -41,23 +41,48 @@ struct ViewRays {  // of a camera, with the stretches that lie in the rain's box
   std::vector<RayStretch> rain = {};
 };
 
+void add_ray(const Rain& rain, const Eigen::Vector3d& direction, ViewRays& rays) {
+  RayStretch stretch;
+  for (int axis = 0; axis < 3; ++axis)
+    clip(rays.camera_m[axis], direction[axis], rain.box_min_m[axis], rain.box_max_m[axis], stretch);
+  if (!(stretch.from < stretch.to)) return;
+  rays.directions.push_back(direction);
+  rays.rain.push_back(stretch);
+}
+
+// Toward points of a box that is small in the picture; inside_picture: those that it shows alone.
+void add_rays_to_box(const Camera& camera, const Rain& rain, bool inside_picture, ViewRays& rays) {
+  constexpr int side = 6;
+  const CameraFrame frame = camera_frame(camera);
+  const double slope_x = camera.width_px / 2.0 / frame.focal_px;
+  const double slope_y = camera.height_px / 2.0 / frame.focal_px;
+  for (int i = 0; i < side * side * side; ++i) {
+    const Eigen::Vector3d share = (Eigen::Vector3d(i % side, i / side % side, i / side / side) +
+                                   Eigen::Vector3d::Constant(0.5)) /
+                                  side;
+    const Eigen::Vector3d to =
+        rain.box_min_m + share.cwiseProduct(rain.box_max_m - rain.box_min_m) - camera.position_m;
+    const double depth_m = to.dot(frame.forward);
+    const bool shown = depth_m > 0 && std::abs(to.dot(frame.right)) < slope_x * depth_m &&
+                       std::abs(to.dot(frame.up)) < slope_y * depth_m;
+    if ((shown || !inside_picture) && to.norm() > 0) add_ray(rain, to.normalized(), rays);
+  }
+}
+
 ViewRays view_rays(const Camera& camera, const Rain& rain) {
   constexpr int columns = 32, rows = 18;
+  constexpr std::size_t few = 32;  // a share of so few rays is a guess
   const CameraFrame frame = camera_frame(camera);
   ViewRays rays = {.camera_m = camera.position_m};
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       const double x = ((i + 0.5) / columns - 0.5) * camera.width_px / frame.focal_px;
       const double y = (0.5 - (j + 0.5) / rows) * camera.height_px / frame.focal_px;
-      const Eigen::Vector3d d = (frame.forward + x * frame.right + y * frame.up).normalized();
-      RayStretch stretch;
-      for (int axis = 0; axis < 3; ++axis)
-        clip(camera.position_m[axis], d[axis], rain.box_min_m[axis], rain.box_max_m[axis], stretch);
-      if (!(stretch.from < stretch.to)) continue;
-      rays.directions.push_back(d);
-      rays.rain.push_back(stretch);
+      add_ray(rain, (frame.forward + x * frame.right + y * frame.up).normalized(), rays);
     }
   }
+  if (rays.directions.size() < few) add_rays_to_box(camera, rain, true, rays);
+  if (rays.directions.size() < few) add_rays_to_box(camera, rain, false, rays);
   return rays;
 }
 
@@ -102,12 +127,13 @@ std::vector<LossModel> loss_models(const Rain& rain, const std::vector<ViewRays>
   std::vector<LossModel> models;
   // So thin a rain that nothing is dimmed: distance alone counts, and the share has the same limit.
   double sigma = 1e-9;
-  for (const RainSize& size : rain.sizes) sigma += extinction_per_m(size);
+  for (const RainSize& size : rain.sizes)
+    sigma += mean_density(rain.density) * extinction_per_m(size);
   std::vector<FallFrame> frames;  // sizes that fall alike lose alike
   for (const RainSize& size : rain.sizes) {
     const FallFrame frame = fall_frame(size.velocity_m_s);
     const bool known = std::any_of(frames.begin(), frames.end(), [&](const FallFrame& other) {
-      return (other.z - frame.z).norm() < 1e-12;
+      return same_fall(frame, other);
     });
     if (!known) frames.push_back(frame);
   }
@@ -183,22 +209,6 @@ std::vector<double> poisson(double mean) {
   return result;
 }
 
-// The part of the prism that the box leaves: how many cells, about.
-double expected_drops(const Rain& rain, const RainSpace& space) {
-  double sum = 0;
-  for (const RainSizeSpace& size : space.sizes) {
-    if (size.cell_m == 0) continue;
-    const Extent x = box_along(rain, size.frame.x), y = box_along(rain, size.frame.y);
-    const double width = 2 * space.culling_radius_m;
-    const double area_m2 = std::min(pi / 4 * width * width, std::min(x.high_m - x.low_m, width) *
-                                                                std::min(y.high_m - y.low_m, width));
-    const DensityMap& map = rain.density;
-    const double share = map.share.empty() ? 1 : map.sums.back() / (map.width * map.height);
-    sum += size.drops.drops_per_m3 * area_m2 * space.local_height_m * share;
-  }
-  return sum;
-}
-
 // Where a fall through a place of the frame's plane leads through the density map: linear in x and y.
 void set_density(const DensityMap& map, RainSizeSpace& size) {
   if (map.share.empty()) return;
@@ -213,28 +223,46 @@ void set_density(const DensityMap& map, RainSizeSpace& size) {
   size.density_axes.col(1) = through(0, 1) - size.density_origin;
 }
 
-// The mesh in the frame's plane, as far as the box reaches.
+// The mesh in the frame's plane, as far as drops are.
 PlaneRect top_rect(const Scene& scene, const FallFrame& frame) {
+  if (scene.mesh.positions_m.empty()) return {};
   PlaneRect rect = {1e300, 1e300, -1e300, -1e300};
   for (const Eigen::Vector3f& p : scene.mesh.positions_m) {
     const double x = p.cast<double>().dot(frame.x), y = p.cast<double>().dot(frame.y);
     rect.min_x_m = std::min(rect.min_x_m, x), rect.max_x_m = std::max(rect.max_x_m, x);
     rect.min_y_m = std::min(rect.min_y_m, y), rect.max_y_m = std::max(rect.max_y_m, y);
   }
+  if (!scene.drops.empty()) return rect;  // a single drop falls anywhere
   const Extent x = box_along(scene.rain, frame.x), y = box_along(scene.rain, frame.y);
   rect.min_x_m = std::max(rect.min_x_m, x.low_m), rect.max_x_m = std::min(rect.max_x_m, x.high_m);
   rect.min_y_m = std::max(rect.min_y_m, y.low_m), rect.max_y_m = std::min(rect.max_y_m, y.high_m);
   return rect;
 }
 
+// All directions of fall share one budget of texels.
+std::size_t count_falls(const Scene& scene) {
+  std::vector<FallFrame> falls;
+  const auto add = [&](const Eigen::Vector3d& velocity) {
+    const FallFrame frame = fall_frame(velocity);
+    for (const FallFrame& other : falls) {
+      if (same_fall(frame, other)) return;
+    }
+    falls.push_back(frame);
+  };
+  for (const RainSize& size : scene.rain.sizes) add(size.velocity_m_s);
+  for (const SingleDrop& drop : scene.drops) add(drop.velocity_m_s);
+  return falls.size();
+}
+
 int top_for(const Scene& scene, const FallFrame& frame, RainSpace& space) {
   for (const RainSizeSpace& other : space.sizes) {
-    if ((other.frame.z - frame.z).norm() < 1e-12) return other.top;
+    if (same_fall(other.frame, frame)) return other.top;
   }
   const PlaneRect rect = top_rect(scene, frame);
   const double width = std::max(0.0, rect.max_x_m - rect.min_x_m);
   const double height = std::max(0.0, rect.max_y_m - rect.min_y_m);
-  const double texel_m = std::max(finest_texel_m, std::sqrt(width * height / most_texels));
+  const double most = most_texels / static_cast<double>(count_falls(scene));
+  const double texel_m = std::max(finest_texel_m, std::sqrt(width * height / most));
   space.tops.push_back(top_height(scene.mesh, frame, rect, texel_m));
   return static_cast<int>(space.tops.size()) - 1;
 }
@@ -249,7 +277,7 @@ void add_size(const Scene& scene, const RainSize& drops, RainSpace& space) {
   size.stream = rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                           index);
   size.top = top_for(scene, size.frame, space);
-  set_density(scene.rain.density, size);
+  if (drops.drops_per_m3 > 0) set_density(scene.rain.density, size);
   size.box_x = box_along(scene.rain, size.frame.x);
   size.box_y = box_along(scene.rain, size.frame.y);
   size.box_z = box_along(scene.rain, size.frame.z);
@@ -303,6 +331,33 @@ double lost_share(const Scene& scene, double culling_radius_m, double local_heig
   return greatest_share(loss_models(scene.rain, rays), culling_radius_m, local_height_m);
 }
 
+namespace {
+
+// Around the camera where it has the most.
+double expected_drops(const Scene& scene, const RainSpace& space) {
+  constexpr int cameras_of_a_path = 16;
+  double most = 0;
+  for (const Camera& camera : camera_samples(scene, cameras_of_a_path)) {
+    double sum = 0;
+    for (std::size_t i = 0; i < scene.rain.sizes.size(); ++i) {
+      const RainSizeSpace& size = space.sizes[i];
+      const int index = static_cast<int>(i);
+      const LocalSpace local = local_space(space, index, camera.position_m, 0);
+      const CellRange cells = local_cells(space, index, local);
+      if (cells.x0 >= cells.x1 || cells.y0 >= cells.y1) continue;
+      const double area_m2 = std::min(pi * space.culling_radius_m * space.culling_radius_m,
+                                      rain_area_m2(scene.rain, size, cells));
+      const double height_m =
+          std::min(space.local_height_m, size.box_z.high_m - size.box_z.low_m);
+      sum += size.drops.drops_per_m3 * area_m2 * height_m;
+    }
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+}  // namespace
+
 RainSpace make_rain_space(const Scene& scene) {
   RainSpace space;
   if (!scene.rain.sizes.empty()) {
@@ -314,7 +369,7 @@ RainSpace make_rain_space(const Scene& scene) {
     space.lost_share = greatest_share(models, size.radius_m, size.height_m);
   }
   for (const RainSize& size : scene.rain.sizes) add_size(scene, size, space);
-  space.expected_drops = expected_drops(scene.rain, space);
+  space.expected_drops = expected_drops(scene, space);
   if (space.expected_drops > most_local_drops)
     throw std::runtime_error(fmt::format(
         "rain: {:.3g} drops within {:.3g} m of the camera and a height of {:.3g} m; expected at "

@@ -77,7 +77,7 @@ struct RainSpace {
   double culling_radius_m = 0;
   double local_height_m = 0;
   double lost_share = 0;     // bound of what of the visible rain lies outside, as estimated below
-  double expected_drops = 0; // in the local space
+  double expected_drops = 0;  // in the local space, at most, wherever the camera's path leads
 };
 
 // n pi r0^2, one cross-section for each drop (Q = 1, oscillation/size_distribution.h), 1/m.

@@ -100,7 +100,7 @@ struct Rain {
   std::uint64_t seed = 1;
 };
 
-struct SingleDrop {  // falls for ever, through everything
+struct SingleDrop {  // falls until it hits a surface
   Eigen::Vector3d centre_m = {0, 0, 0};  // at time 0
   double r0_m = 1.6e-3;
   Eigen::Vector3d velocity_m_s = {0, 0, -8.49};
@@ -146,7 +146,7 @@ struct Scene {
 //                  with it several: distribution ("marshall-palmer" or "willis"), sizes (1 .. 16),
 //                  least_diameter_mm; each has Beard's fall speed
 //   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
-//   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99); needs rain
+//   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99)
 //   [glow]         lamps and suns shine in the fog; needs [fog]
 //   [[drop]]       centre_m r (at time 0), radius_m, velocity_m_s, oscillation: a drop by itself
 // [camera] is required; without the others a scene has no light, no surface, no rain. Paths are

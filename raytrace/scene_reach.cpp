@@ -19,7 +19,6 @@ namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double nearest_depth_m = 0.1;  // of a drop that is drawn (raytrace/streak_placement.h)
 // Where a cell is no longer halved but all that it may ask for is kept: a quarter of a degree, or
 // half a millimetre beside a lamp.
 constexpr double fine_rad = pi / 720;
@@ -205,11 +204,22 @@ std::vector<Drops> all_drops(const Scene& scene, const RainSpace& space,
   std::vector<Drops> drops;
   for (const RainSizeSpace& size : space.sizes) {
     if (size.cell_m == 0) continue;
-    const double reach_m =
-        std::hypot(space.culling_radius_m + 2 * size.cell_m, space.local_height_m);
-    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(reach_m);
-    const Eigen::Vector3d low = scene.rain.box_min_m.cwiseMax(camera_m - reach);
-    const Eigen::Vector3d high = scene.rain.box_max_m.cwiseMin(camera_m + reach);
+    // The corners of the square that holds the prism's cells, at both ends of the slab.
+    const FallFrame& frame = size.frame;
+    const LocalSpace local =
+        local_space(space, static_cast<int>(&size - space.sizes.data()), camera_m, 0);
+    const double reach_m = space.culling_radius_m + 2 * size.cell_m;
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+    for (int corner = 0; corner < 8; ++corner) {
+      const double x = local.centre_m.x() + (corner & 1 ? reach_m : -reach_m);
+      const double y = local.centre_m.y() + (corner & 2 ? reach_m : -reach_m);
+      const double z = local.floor_m + (corner & 4 ? space.local_height_m : 0);
+      const Eigen::Vector3d p = x * frame.x + y * frame.y + z * frame.z;
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    low = low.cwiseMax(scene.rain.box_min_m);
+    high = high.cwiseMin(scene.rain.box_max_m);
     if ((low.array() <= high.array()).all()) drops.push_back({size.drops, low, high});
   }
   for (const SingleDrop& drop : scene.drops) {

@@ -12,7 +12,6 @@
 namespace pluvia {
 namespace {
 
-constexpr double nearest_depth_m = 0.1;
 constexpr double least_path_rows = 0.01;
 constexpr double degrees = 180 / std::numbers::pi;
 

@@ -34,6 +34,8 @@ struct StreakGeometry {  // the few numbers of an atlas that placement needs
   double mean_radius_m = 1.6e-3;  // of the drop that it shows
 };
 
+constexpr double nearest_depth_m = 0.1;  // of a drop that is drawn, along the camera's axis
+
 constexpr int most_segments = 64;
 
 // How the exposure of a camera falls into segments for drops of a radius.

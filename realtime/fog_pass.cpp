@@ -1,6 +1,9 @@
 #include "realtime/fog_pass.h"
 
+#include <stdexcept>
 #include <string>
+
+#include <fmt/format.h>
 
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"
@@ -28,7 +31,7 @@ ShaderDefines defines(const Scene& scene, const ShadowPass& shadows) {
 }
 
 void set_values(FogPass& pass, const Scene& scene, const ScenePass& surfaces) {
-  const RainFog fog = rain_fog(scene, pass.space);
+  const RainFog fog = rain_fog(scene, *pass.space);
   FogUniforms& values = pass.values;
   values.camera = gpu_camera(scene.camera);
   values.camera_m = to_glm(scene.camera.position_m - surfaces.origin_m, 0);
@@ -52,10 +55,14 @@ bool is_clear(const FogUniforms& values) {
 
 }  // namespace
 
-FogPass make_fog_pass(const Scene& scene, const ScenePass& surfaces, const ShadowPass& shadows,
-                      const glm::vec4& environment) {
+FogPass make_fog_pass(const Scene& scene, const RainSpace& space, const ScenePass& surfaces,
+                      const ShadowPass& shadows, const glm::vec4& environment) {
   FogPass pass;
-  pass.space = make_rain_space(scene);
+  pass.space = &space;
+  const std::size_t slabs = rain_fog(scene, space).slabs.size();
+  if (slabs > most_fog_slabs)
+    throw std::runtime_error(fmt::format("fog: rain of {} directions of fall; expected at most {}",
+                                         slabs, most_fog_slabs));
   pass.values.environment = environment;
   pass.uniforms = make_buffer(&pass.values, sizeof(pass.values));
   if (scene.glow) pass.lights = make_buffer(gpu_lights(scene, shadows.slots));

@@ -30,7 +30,7 @@ struct FogUniforms {  // fog_uniforms.glsl, member by member
 };
 
 struct FogPass {
-  RainSpace space = {};
+  const RainSpace* space = nullptr;  // the renderer's
   FogUniforms values = {};
   GlBuffer uniforms = {}, lights = {};
   GlFramebuffer target = {};
@@ -38,8 +38,9 @@ struct FogPass {
   ShaderProgram program = {};
 };
 
-FogPass make_fog_pass(const Scene& scene, const ScenePass& surfaces, const ShadowPass& shadows,
-                      const glm::vec4& environment);
+// Throws std::runtime_error for more than most_fog_slabs directions of fall.
+FogPass make_fog_pass(const Scene& scene, const RainSpace& space, const ScenePass& surfaces,
+                      const ShadowPass& shadows, const glm::vec4& environment);
 
 // For scene.camera as it is now. Why there is nothing to draw; empty: it was drawn.
 std::string draw_fog(FogPass& pass, const Scene& scene, const ScenePass& surfaces,

@@ -1,17 +1,13 @@
 #include "realtime/gpu_scene.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
 #include "atlas/image_io.h"
+#include "raytrace/light.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
 
 std::vector<GpuLight> gpu_lights(const Scene& scene, const std::vector<ShadowSlot>& slots) {
   std::vector<GpuLight> lights;
-  const auto cosine = [](double angle_deg) { return std::cos(angle_deg * std::numbers::pi / 180); };
   for (const Light& light : scene.lights) {
     GpuLight gpu = {.axis = {0, 0, 0, -2}, .more = {1, -1, 0, 0}};
     if (light.kind == LightKind::sun) {
@@ -22,10 +18,9 @@ std::vector<GpuLight> gpu_lights(const Scene& scene, const std::vector<ShadowSlo
       gpu.intensity = to_glm(light.intensity_cd, light.radius_m);
     }
     if (light.kind == LightKind::spot) {
-      const double outer = cosine(light.outer_half_angle_deg);
-      const double inner = cosine(light.inner_half_angle_deg);
-      gpu.axis = to_glm(light.direction, outer);
-      gpu.more.x = static_cast<float>(1 / std::max(inner - outer, 1e-6));
+      const SpotCosines rim = spot_cosines(light);
+      gpu.axis = to_glm(light.direction, rim.outer);
+      gpu.more.x = static_cast<float>(1 / (rim.inner - rim.outer));
     }
     if (!slots.empty()) {
       const ShadowSlot& slot = slots[lights.size()];

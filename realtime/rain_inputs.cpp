@@ -9,6 +9,7 @@
 
 #include "atlas/atlas_lookup.h"
 #include "raytrace/drop_field.h"
+#include "raytrace/rain_fog.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
@@ -17,8 +18,6 @@ namespace {
 // A shader loops over the scene's lights and, for each, over the atlas's: llvmpipe ends a shader
 // without a word after 65,535 rounds.
 constexpr std::size_t most_lights = 512;
-
-constexpr double nearest_depth_m = 0.1;  // place_streak draws no drop that is nearer
 
 void expect_one_top(const StreakAtlas& atlas) {
   for (const AtlasView& view : atlas.views) {
@@ -30,18 +29,24 @@ void expect_one_top(const StreakAtlas& atlas) {
   }
 }
 
-// Distance along the camera's axis of the nearest corner of the rain's box; any that can be drawn
-// where there are single drops or the camera moves.
-double nearest_rain_depth_m(const Scene& scene) {
+// Distance along the camera's axis of the nearest corner of the rain's box; 1e300 without rain.
+double nearest_box_depth_m(const Scene& scene) {
+  if (scene.rain.sizes.empty()) return 1e300;
   const CameraFrame frame = camera_frame(scene.camera);
   double nearest = 1e300;
-  for (int corner = 0; corner < 8 && !scene.rain.sizes.empty(); ++corner) {
+  for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d p;
     for (int i = 0; i < 3; ++i)
       p[i] = (corner >> i & 1) ? scene.rain.box_max_m[i] : scene.rain.box_min_m[i];
     nearest = std::min(nearest, frame.forward.dot(p - scene.camera.position_m));
   }
-  return scene.drops.empty() && scene.camera_path.empty() ? nearest : nearest_depth_m;
+  return nearest;
+}
+
+// The same, or the least that can be drawn where there are single drops or the camera moves.
+double nearest_rain_depth_m(const Scene& scene) {
+  const bool anywhere = !scene.drops.empty() || !scene.camera_path.empty();
+  return anywhere ? nearest_depth_m : nearest_box_depth_m(scene);
 }
 
 // All sizes that fall, those of single drops too.
@@ -131,10 +136,8 @@ RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
   uniforms.sizes = {0, finest, std::max(finest, coarsest_level(atlas)), 0};
   double drawn_per_m = 0;
   for (const RainSize& size : scene.rain.sizes) drawn_per_m += extinction_per_m(size);
-  uniforms.air.y = static_cast<float>(drawn_per_m);
-  if (scene.fog)
-    uniforms.air.x =
-        static_cast<float>(scene.fog->extinction_per_m + scene.rain.undrawn_per_m);
+  uniforms.air.x = static_cast<float>(air_per_m(scene));
+  uniforms.air.y = static_cast<float>(mean_density(scene.rain.density) * drawn_per_m);
   uniforms.density = {scene.rain.density.width, scene.rain.density.height, 0, 0};
   return uniforms;
 }
@@ -186,6 +189,8 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
   uniforms.camera = gpu_camera(scene.camera);
   uniforms.box_min_m = to_glm(scene.rain.box_min_m - camera_m, 0);
   uniforms.box_max_m = to_glm(scene.rain.box_max_m - camera_m, 0);
+  uniforms.air.z =
+      static_cast<float>(std::clamp(nearest_box_depth_m(scene), 0.0, 1e30));
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const LocalSpace local = local_space(space, static_cast<int>(i), camera_m, time_s);
     sizes[i].run.x = local.phase;

@@ -45,6 +45,7 @@ enum Binding : GLuint {
 
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
+                       {"DENSITY", pass.densities.id() ? "1" : "0"},
                        {"TAPS", std::to_string(pass.taps)},
                        {"VIEW_TAPS", std::to_string(pass.view_taps)},
                        {"GROUP_SIZE", std::to_string(group_size)},
@@ -93,7 +94,7 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(sizes_at, pass.size_buffer);
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
-  bind_storage(densities_at, pass.densities);
+  if (pass.densities.id()) bind_storage(densities_at, pass.densities);
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
@@ -101,16 +102,15 @@ void bind_inputs(const RainPass& pass) {
   glBindTextureUnit(sums_at, pass.sums.id());
 }
 
-GlBuffer upload_top_heights(const RainSpace& space) {
-  const std::vector<float> heights = gpu_top_heights(space);
+// A shader sees no more of a buffer than this OpenGL promises.
+GlBuffer upload_values(const char* what, const std::vector<float>& values) {
   GLint64 largest = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
-  if (heights.size() * sizeof(float) > static_cast<std::size_t>(largest))
+  const std::size_t bytes = values.size() * sizeof(float);
+  if (bytes > static_cast<std::size_t>(largest))
     throw std::runtime_error(fmt::format(
-        "rain: {} top heights of {} directions of fall need {} bytes; expected at most {} on this "
-        "OpenGL",
-        heights.size(), space.tops.size(), heights.size() * sizeof(float), largest));
-  return make_buffer(heights);
+        "rain: {} need {} bytes; expected at most {} on this OpenGL", what, bytes, largest));
+  return make_buffer(values);
 }
 
 // One long array, folded into layers: a storage buffer may be limited to 128 MB.
@@ -150,12 +150,12 @@ void upload_uniforms(const RainPass& pass) {
 // The groups of drops that this frame looks at.
 void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   const PacketChoice choice =
-      select_packets(scene.rain, pass.space, pass.packets, scene.camera, time_s);
+      select_packets(scene.rain, *pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
-      packet_cells(scene.rain, pass.space, choice, scene.camera, time_s);
-  set_frame(scene, pass.space, time_s, pass.uniforms, pass.sizes);
+      packet_cells(scene.rain, *pass.space, choice, scene.camera, time_s);
+  set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
   pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
-  pass.groups = drop_groups(scene, pass.space, cells, pass.sizes, pass.uniforms.counts.x,
+  pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x,
                             time_s, group_size);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
@@ -212,16 +212,16 @@ void dispatch(const RainPass& pass, const ShaderProgram& program) {
 
 }  // namespace
 
-RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment, const ScenePass& surfaces,
-                        const ShadowPass& shadows) {
+RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
+                        const RenderOptions& options, const glm::vec4& environment,
+                        const ScenePass& surfaces, const ShadowPass& shadows) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
-  pass.space = make_rain_space(scene);
-  pass.packets = make_rain_packets(scene.rain, pass.space, options.packets);
+  pass.space = &space;
+  pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
-  pass.sizes = gpu_rain_sizes(scene, pass.space, atlas);
+  pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
   // w tells the shader whether there is anything to look up.
   const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
@@ -229,8 +229,9 @@ RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const Rend
       atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
   pass.sums = upload_sums(cumulative.sums);
   pass.sums_bytes = cumulative.sums.size() * sizeof(float);
-  pass.densities = make_buffer(scene.rain.density.share);
-  pass.top_heights = upload_top_heights(pass.space);
+  if (!scene.rain.density.share.empty())
+    pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
+  pass.top_heights = upload_values("top heights", gpu_top_heights(space));
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);
   pass.lights = make_buffer(gpu_lights(scene, shadows.slots));

@@ -20,7 +20,7 @@ namespace pluvia {
 
 struct RainPass {
   Eigen::Vector3d origin_m = {0, 0, 0};  // of the shadow maps
-  RainSpace space = {};
+  const RainSpace* space = nullptr;      // the renderer's
   RainPackets packets = {};
   PacketCounts counts = {};  // of the last frame
   RainUniforms uniforms = {};
@@ -47,9 +47,9 @@ struct RainPass {
 };
 
 // Throws std::runtime_error when scene and atlas do not agree or do not fit this OpenGL.
-RainPass make_rain_pass(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
-                        const glm::vec4& environment, const ScenePass& surfaces,
-                        const ShadowPass& shadows);
+RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
+                        const RenderOptions& options, const glm::vec4& environment,
+                        const ScenePass& surfaces, const ShadowPass& shadows);
 
 // Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how many streaks are in view. Throws
 // std::runtime_error for a time that local_space refuses.

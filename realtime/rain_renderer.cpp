@@ -38,6 +38,7 @@ struct RainRenderer::State {
   Scene scene = {};  // without its surfaces; the camera is the last frame's
   ScenePass surfaces = {};
   ShadowPass shadows = {};
+  RainSpace space = {};
   std::optional<RainPass> rain = {};  // nothing: a scene without drops
   std::optional<FogPass> fog = {};    // nothing: a scene without [fog]
   CompositePass composite = {};
@@ -65,11 +66,13 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
   state.shadows = make_shadow_pass(scene, state.surfaces);
   link_scene_pass(state.surfaces, state.shadows);
+  state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain =
-        make_rain_pass(scene, atlas, options, environment, state.surfaces, state.shadows);
-  if (scene.fog) state.fog = make_fog_pass(scene, state.surfaces, state.shadows, environment);
+        make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces, state.shadows);
+  if (scene.fog)
+    state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
                                         state.rain ? &*state.rain : nullptr);
   state.context.check();

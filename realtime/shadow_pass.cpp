@@ -66,32 +66,34 @@ glm::mat4 parallel(const Ball& ball, const Eigen::Vector3d& forward,
                     row(frame.z, -0.5 / ball.radius_m, centre, 0.5), glm::vec4(0, 0, 0, 1)});
 }
 
+bool is_narrow(const Light& light) {
+  return light.kind == LightKind::spot && light.outer_half_angle_deg <= widest_spot_deg;
+}
+
+// Half of what a map spans, at 1 m from the light or, for the sun, in m. A little more than the light
+// needs: the four texels around a point at its rim are there.
+double half_span(const Light& light, const Ball& ball) {
+  if (light.kind == LightKind::sun) return ball.radius_m;
+  if (!is_narrow(light)) return 1.01;
+  return 1.02 * std::tan(light.outer_half_angle_deg * std::numbers::pi / 180);
+}
+
 std::vector<glm::mat4> views_of(const Light& light, const Ball& ball,
                                 const Eigen::Vector3d& origin_m) {
   if (light.kind == LightKind::sun) return {parallel(ball, light.direction, origin_m)};
   const Eigen::Vector3d place = light.position_m - origin_m;
-  if (light.kind == LightKind::spot && light.outer_half_angle_deg <= widest_spot_deg) {
-    const double spread = std::tan(light.outer_half_angle_deg * std::numbers::pi / 180);
-    return {perspective(place, light.direction, 1.02 * spread)};
-  }
+  const double spread = half_span(light, ball);
+  if (is_narrow(light)) return {perspective(place, light.direction, spread)};
   std::vector<glm::mat4> faces;  // in the order in which shadows.glsl numbers them
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0})
-      faces.push_back(perspective(place, sign * Eigen::Vector3d::Unit(axis), 1.01));
+      faces.push_back(perspective(place, sign * Eigen::Vector3d::Unit(axis), spread));
   }
   return faces;
 }
 
 int size_px(std::size_t count) {
   return count <= few_maps ? few_px : many_px;
-}
-
-// Half of what a map spans, at 1 m from the light or, for the sun, in m.
-double half_span(const Light& light, const Ball& ball) {
-  if (light.kind == LightKind::sun) return ball.radius_m;
-  const bool narrow =
-      light.kind == LightKind::spot && light.outer_half_angle_deg <= widest_spot_deg;
-  return narrow ? std::tan(light.outer_half_angle_deg * std::numbers::pi / 180) : 1;
 }
 
 GlTexture make_maps(std::size_t count) {

@@ -2,7 +2,7 @@
 // neither surfaces nor lights move. A point light has six (the faces of a cube around it), a narrow
 // spot one, the sun one over all of the surfaces. Without such a light there is no map and no pass.
 //
-// A map holds near_m / distance along its axis (the sun: 1 - distance / depth of its box), in 32-bit
+// A map holds 2 cm / distance along its axis (the sun: 1 - distance / depth of its box), in 32-bit
 // float: the nearest surface has the greatest value. A point is lit where its own value is at least
 // the map's, over the four nearest texels.
 #pragma once

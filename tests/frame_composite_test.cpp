@@ -194,5 +194,17 @@ TEST(FrameComposite, PicturesThatDoNotFitAreRefused) {
   EXPECT_THROW(run(color, constant_image(scene, 1, 9), {stranger}), std::runtime_error);
 }
 
+TEST(FrameComposite, LightsThatCastShadowsAreRefused) {
+  Scene scene = dark_scene();
+  scene.lights[0].shadow = true;
+  try {
+    composite(scene, constant_atlas({level_view}, {1}, {0.1f}), {drop_ahead(3)});
+    FAIL() << "no refusal";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "light \"lamp\" casts shadows; expected none: the composite does not "
+                               "know them");
+  }
+}
+
 }  // namespace
 }  // namespace pluvia

@@ -162,6 +162,26 @@ TEST(HardScene, AHurricaneOfTinyDropsIsDrawn) {
   EXPECT_GT(frame.streaks_in_view, 100);
 }
 
+TEST(HardScene, RainSoDenseThatNothingPassesStillHidesWhatIsBehind) {
+  PLUVIA_NEEDS_OPENGL();
+  // exp(-sigma d) is less than any float, and the pixel must not count as dry.
+  Scene scene = rainy_scene(0);
+  scene.mesh = {};
+  scene.rain.sizes = {{.r0_m = 5e-3, .drops_per_m3 = 1e5}};
+  scene.rain.box_min_m = {-0.5, 13.3, 1};
+  scene.rain.box_max_m = {0.5, 13.4, 2.5};
+  scene.camera.target_m = {0.3, 9, 1.7};
+  const Frame frame = draw(scene);
+  expect_sound(frame);
+  EXPECT_GT(frame.streaks_in_view, 1000);
+  for (std::size_t i = 0; i < frame.rain_tau.values.size(); ++i) {
+    const float tau = frame.rain_tau.values[i];
+    if (tau < 1e-3f) continue;
+    EXPECT_GT(frame.rain.values[3 * i], 0) << tau;
+    EXPECT_NE(frame.color.values[3 * i], frame.background.values[3 * i]);
+  }
+}
+
 TEST(HardScene, AMissingShaderFileIsNamed) {
   const std::string message =
       message_of([] { flatten_shader("rain.frag", {}, {{"rain.frag", "#version 450 core\n#include \"none.glsl\"\n"}}); });

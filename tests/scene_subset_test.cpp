@@ -249,6 +249,25 @@ TEST(SceneSubset, SizesAndBandsAreThoseOfTheScene) {
   EXPECT_EQ(bands_of(scene_subset(preset, scene, "s").preset).size(), 3u) << "a dark scene";
 }
 
+TEST(SceneSubset, ACameraFarAboveItsRainAsksForViewsFromAbove) {
+  const Preset preset = full_preset(false);
+  Scene scene = small_scene(false);
+  scene.camera.position_m = {0, 0, 60};
+  scene.camera.target_m = {0, 0.5, 3};
+  scene.rain.box_min_m = {-2, -2, 0};
+  scene.rain.box_max_m = {2, 2, 3};
+  const SceneSubset subset = scene_subset(preset, scene, "s");
+  EXPECT_THAT(subset.preset.view_elevations_deg, testing::Contains(80));
+  EXPECT_GT(expect_sufficient(preset, scene, subset.preset), 1000);
+}
+
+TEST(SceneSubset, SlantedRainOfTwoSizesHasTablesForAll) {
+  const Preset preset = full_preset(false);
+  Scene scene = small_scene(false);
+  scene.rain.sizes[0].velocity_m_s = {3, 2, -7};
+  EXPECT_GT(expect_sufficient(preset, scene, scene_subset(preset, scene, "s").preset), 100);
+}
+
 TEST(SceneSubset, WithoutALampOneLightIsKept) {
   const Preset preset = full_preset(false);
   Scene scene = small_scene(false);

@@ -10,6 +10,7 @@
 
 #include "atlas/atlas_lookup.h"
 #include "atlas/image_io.h"
+#include "raytrace/rain_fog.h"
 #include "raytrace/streak_placement.h"
 #include "validate/streak_footprint.h"
 
@@ -191,6 +192,11 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
                                const std::vector<Drop>& drops,
                                const Eigen::Vector3d& environment_cd_m2, const Image& background,
                                const Image& depth_m, LookupMode mode) {
+  for (const Light& light : scene.lights) {
+    if (light.shadow)
+      throw std::runtime_error(fmt::format(
+          "light \"{}\" casts shadows; expected none: the composite does not know them", light.name));
+  }
   require_picture(background, scene.camera, 3, false, "background");
   require_picture(depth_m, scene.camera, 1, true, "depth");
   std::vector<Eigen::Vector3d> color(depth_m.values.size());
@@ -202,15 +208,14 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
   // Batches bound the memory; within one the footprints are made in parallel, then laid down in
   // order.
   const std::vector<PlacedDrop> placed = placed_drops(scene, atlas, drops);
-  const double air_per_m =
-      scene.fog ? scene.fog->extinction_per_m + scene.rain.undrawn_per_m : 0;
+  const double air = air_per_m(scene);
   const Lookup lookup = {mode, light_rows(atlas)};
   constexpr std::size_t batch = 512;
   std::vector<Footprint> footprints(batch);
   for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
     const std::size_t end = std::min(begin + batch, placed.size());
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      footprints[i - begin] = drop_footprint(atlas, placed[i], air_per_m, environment_cd_m2, lookup, depth_m);
+      footprints[i - begin] = drop_footprint(atlas, placed[i], air, environment_cd_m2, lookup, depth_m);
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;

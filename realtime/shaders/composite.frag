@@ -2,8 +2,9 @@
 // C = T B + S, with B the mean of the pixel's SUBPIXELS x SUBPIXELS samples, T = exp(-sum tau) what all
 // streaks together let through, and S their light as seen past each other.
 //
-// Streaks are added in any order, so which hides which is unknown. In the mean, a streak at distance d
-// has exp(-sigma d) of the rain before it: each is added with that weight, and the sum is scaled so
+// Streaks are added in any order, so which hides which is unknown. In the mean, a streak has exp(-sigma
+// d) of the rain before it, d its depth beyond where the rain begins: each is added with that weight,
+// and the sum is scaled so
 // that what covers the pixel is what hides it:  S = sum(w S_i) (1 - T) / sum(w c_i).  For one streak
 // that is S_i exactly; for many faint ones the sum of all.
 layout(binding = SCENE_COLOR) uniform sampler2D scene_color;
@@ -29,8 +30,8 @@ void main() {
   float coverage = texelFetch(coverage_sum, px, 0).r;
   rain = vec4(0, 0, 0, 1);
   // A dry pixel keeps its bits.
+  float tau = streaks.a;
   if (coverage > 0.0) {
-    float tau = streaks.a;
     // 1 - exp(-tau) without its cancellation.
     float hidden = tau < 0.01 ? tau * (1.0 - tau * (0.5 - tau / 6.0)) : 1.0 - exp(-tau);
     rain = vec4(streaks.rgb * (hidden / coverage), 1);

@@ -174,7 +174,9 @@ void main() {
   }
   // Added up by the blender in the order of the streaks: GL keeps the order of primitives within a
   // pixel, so float sums come out the same whatever the number of threads.
-  float weight = exp(-air.y * streak.depth_m);  // see composite.frag
+  // See composite.frag; never 0, or a pixel of very dense rain would count as dry.
+  float weight = max(exp(-air.y * max(streak.depth_m - air.z, 0.0)), 1e-20);
+  sum.a = max(sum.a, 0.0);  // differences of sums may round below
   radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a));
   weighted_coverage = weight * min(sum.a, most_coverage);
 }

@@ -11,7 +11,9 @@ struct DropGroup {  // what a group of threads works on: drops of one cell, or o
 layout(std430, binding = DROP_GROUPS) readonly buffer DropGroups { DropGroup drop_groups[]; };
 layout(std430, binding = TOP_HEIGHTS) readonly buffer TopHeights { float top_heights[]; };
 
+#if DENSITY
 layout(std430, binding = DENSITIES) readonly buffer Densities { float densities[]; };
+#endif
 
 struct Drop {
   vec3 centre_m;     // at shutter-open, from the camera
@@ -46,12 +48,14 @@ float surface_m(RainSize size, vec2 place_m) {
          beside_m.y * top_heights[first + 2];
 }
 
+#if DENSITY
 // The share of the rain that falls there.
 float density_share(vec2 texel) {
   ivec2 at = ivec2(floor(texel));
   if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, density.xy))) return 0.0;
   return densities[at.y * density.x + at.x];
 }
+#endif
 
 // False where there is no such drop, or it is outside the rain's box.
 bool drop_at(uint group_number, uint place_in_group, out Drop drop) {
@@ -72,12 +76,12 @@ bool drop_at(uint group_number, uint place_in_group, out Drop drop) {
     uvec3 place = rain_hash(uvec3(group.drops.y, k, round_number));
     moved = vec3(size.axis_x.w * fraction(place.x), size.axis_x.w * fraction(place.y),
                  size.axis_y.w * fraction(up));
-    if (density.x != 0) {
-      vec2 texel = group.corner_density.xy + moved.x * size.density_axes.xy +
-                   moved.y * size.density_axes.zw;
-      uvec3 thin = rain_hash(uvec3(uint(group.what.z), k, round_number));
-      if (!(fraction(thin.x) < density_share(texel))) return false;
-    }
+#if DENSITY
+    vec2 texel = group.corner_density.xy + moved.x * size.density_axes.xy +
+                 moved.y * size.density_axes.zw;
+    uvec3 thin = rain_hash(uvec3(uint(group.what.z), k, round_number));
+    if (!(fraction(thin.x) < density_share(texel))) return false;
+#endif
     uint set, low;
     umulExtended(place.z, uint(counts.x), set, low);
     drop.layer = int(set);
