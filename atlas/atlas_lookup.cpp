@@ -126,9 +126,8 @@ std::vector<LightRow> light_rows(const StreakAtlas& atlas) {
     const bool pole = std::abs(light.elevation_deg) == 90;
     if (!pole && azimuth > 0 && azimuth < 180) row.entries.push_back({360 - azimuth, index, true});
   }
-  std::sort(rows.begin(), rows.end(), [](const LightRow& a, const LightRow& b) {
-    return a.elevation_deg < b.elevation_deg;
-  });
+  std::sort(rows.begin(), rows.end(),
+            [](const LightRow& a, const LightRow& b) { return a.elevation_deg < b.elevation_deg; });
   for (LightRow& row : rows) {
     std::sort(row.entries.begin(), row.entries.end(),
               [](const auto& a, const auto& b) { return a.azimuth_deg < b.azimuth_deg; });
@@ -160,8 +159,7 @@ std::array<LightTap, 4> light_taps(const std::vector<LightRow>& rows, const Fold
   while (above < rows.size() && rows[above].elevation_deg <= angles.light_elevation_deg) ++above;
   const std::size_t low = above == 0 ? 0 : above - 1, high = std::min(above, rows.size() - 1);
   const double span = rows[high].elevation_deg - rows[low].elevation_deg;
-  const double share =
-      span > 0 ? (angles.light_elevation_deg - rows[low].elevation_deg) / span : 0;
+  const double share = span > 0 ? (angles.light_elevation_deg - rows[low].elevation_deg) / span : 0;
   std::array<LightTap, 4> taps;
   tap_row(rows[low], angles.light_azimuth_deg, 1 - share, &taps[0]);
   tap_row(rows[high], angles.light_azimuth_deg, share, &taps[2]);

@@ -33,12 +33,12 @@ DensityMap read_density_map(const std::string& file, const Eigen::Vector2d& min_
   const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
   tinygltf::Image image;
   std::string error, warning;
-  const bool read =
-      !bytes.empty() && bytes.size() < (1u << 31) &&
-      tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0,
-                              reinterpret_cast<const unsigned char*>(bytes.data()),
-                              static_cast<int>(bytes.size()), nullptr);
-  if (!read) throw std::runtime_error(file + ": is no picture that can be read; expected a grey one");
+  const bool read = !bytes.empty() && bytes.size() < (1u << 31) &&
+                    tinygltf::LoadImageData(&image, 0, &error, &warning, 0, 0,
+                                            reinterpret_cast<const unsigned char*>(bytes.data()),
+                                            static_cast<int>(bytes.size()), nullptr);
+  if (!read)
+    throw std::runtime_error(file + ": is no picture that can be read; expected a grey one");
   if (static_cast<double>(image.width) * image.height > most_texels)
     throw std::runtime_error(fmt::format("{}: {} x {} pixels; expected at most {:.0f} in all", file,
                                          image.width, image.height, most_texels));
@@ -100,7 +100,8 @@ double density_sum(const DensityMap& map, const Eigen::Vector2d& low, const Eige
   const auto index = [](double at, int count) {
     return static_cast<std::size_t>(std::clamp<double>(at, 0, count));
   };
-  const std::size_t x0 = index(std::floor(low.x()), map.width), y0 = index(std::floor(low.y()), map.height);
+  const std::size_t x0 = index(std::floor(low.x()), map.width),
+                    y0 = index(std::floor(low.y()), map.height);
   const std::size_t x1 = index(std::floor(high.x()) + 1, map.width);
   const std::size_t y1 = index(std::floor(high.y()) + 1, map.height);
   if (x0 >= x1 || y0 >= y1) return 0;

@@ -1,6 +1,6 @@
-// Where rain falls: a grey picture over a rectangle of the ground, white for all of the rain, black for
-// none. It lies at the height of the top of the rain's box, and a drop takes the value of the texel
-// through which its fall leads.
+// Where rain falls: a grey picture over a rectangle of the ground, white for all of the rain, black
+// for none. It lies at the height of the top of the rain's box, and a drop takes the value of the
+// texel through which its fall leads.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@ namespace pluvia {
 
 struct DensityMap {  // no texels: rain everywhere
   int width = 0, height = 0;
-  std::vector<float> share = {};          // 0 .. 1, row by row; row 0 is the north edge
-  Eigen::Vector2d min_m = {0, 0};         // of the rectangle: west, south
-  Eigen::Vector2d max_m = {0, 0};         // east, north
+  std::vector<float> share = {};   // 0 .. 1, row by row; row 0 is the north edge
+  Eigen::Vector2d min_m = {0, 0};  // of the rectangle: west, south
+  Eigen::Vector2d max_m = {0, 0};  // east, north
   double height_m = 0;
   std::vector<double> sums = {};  // (width + 1) x (height + 1): of all texels above and to the left
 };
@@ -36,8 +36,8 @@ Eigen::Vector2d density_texel(const DensityMap& map, const Eigen::Vector2d& plac
 // The texel that contains texel coordinates; 0 outside the map. There is a map.
 double density_of_texel(const DensityMap& map, const Eigen::Vector2d& at);
 
-// The sum of all texels that a rectangle of texel coordinates touches: 0 only where no rain falls in
-// it. There is a map.
+// The sum of all texels that a rectangle of texel coordinates touches: 0 only where no rain falls
+// in it. There is a map.
 double density_sum(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
 
 }  // namespace pluvia

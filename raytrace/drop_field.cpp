@@ -13,8 +13,7 @@ double fraction(std::uint32_t bits) {
 
 // Whether the density map leaves that drop.
 bool is_rained_on(const DensityMap& map, const RainSizeSpace& size, const RainCell& cell,
-                  const std::array<std::uint32_t, 3>& place, std::uint32_t k,
-                  std::uint32_t round) {
+                  const std::array<std::uint32_t, 3>& place, std::uint32_t k, std::uint32_t round) {
   if (map.share.empty()) return true;
   const Eigen::Vector2d at =
       size.density_origin +
@@ -91,9 +90,8 @@ void Field::add_single(std::size_t i, double time_s) {
   const SingleDrop& drop = scene.drops[i];
   const int size_index = space.single_sizes[i];
   const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
-  const DropName name = {.size = size_index,
-                         .number = static_cast<std::uint32_t>(i),
-                         .single = true};
+  const DropName name = {
+      .size = size_index, .number = static_cast<std::uint32_t>(i), .single = true};
   add(make_drop(space, size, name, drop.centre_m + time_s * drop.velocity_m_s,
                 drop.oscillation % oscillation_count));
 }
@@ -104,8 +102,7 @@ std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int osc
                              double time_s) {
   assert(oscillation_count >= 1);
   Field field{scene, space, oscillation_count};
-  for (std::size_t i = 0; i < space.sizes.size(); ++i)
-    field.add_size(static_cast<int>(i), time_s);
+  for (std::size_t i = 0; i < space.sizes.size(); ++i) field.add_size(static_cast<int>(i), time_s);
   for (std::size_t i = 0; i < scene.drops.size(); ++i) field.add_single(i, time_s);
   return std::move(field.drops);
 }

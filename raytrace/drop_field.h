@@ -19,7 +19,7 @@ namespace pluvia {
 
 // What tells one drop of the endless rain from all others, for ever.
 struct DropName {
-  int size = 0;            // of RainSpace::sizes
+  int size = 0;  // of RainSpace::sizes
   int cell_x = 0, cell_y = 0;
   std::uint32_t number = 0;  // in the cell; of a single drop, its place in the scene
   std::uint32_t round = 0;
@@ -29,7 +29,7 @@ struct DropName {
 };
 
 struct Drop {
-  std::uint64_t id = 0;                  // place in this list
+  std::uint64_t id = 0;  // place in this list
   DropName name = {};
   Eigen::Vector3d centre_m = {0, 0, 0};  // at shutter-open
   Eigen::Vector3d velocity_m_s = {0, 0, 0};

@@ -18,8 +18,8 @@ inline FallFrame fall_frame(const Eigen::Vector3d& velocity) {
   FallFrame frame;
   frame.z = -velocity.normalized();
   // The world's x made perpendicular, or its y where x lies along the fall.
-  const Eigen::Vector3d hint = std::abs(frame.z.x()) < 0.9 ? Eigen::Vector3d(1, 0, 0)
-                                                           : Eigen::Vector3d(0, -1, 0);
+  const Eigen::Vector3d hint =
+      std::abs(frame.z.x()) < 0.9 ? Eigen::Vector3d(1, 0, 0) : Eigen::Vector3d(0, -1, 0);
   frame.x = (hint - hint.dot(frame.z) * frame.z).normalized();
   frame.y = frame.z.cross(frame.x);
   return frame;

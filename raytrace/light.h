@@ -1,5 +1,5 @@
-// What a light of a scene does to a point: direction and irradiance. The one formula for surfaces and
-// drops, in C++ and (realtime/shaders/lights.glsl, tested against this) in GLSL.
+// What a light of a scene does to a point: direction and irradiance. The one formula for surfaces
+// and drops, in C++ and (realtime/shaders/lights.glsl, tested against this) in GLSL.
 #pragma once
 
 #include <Eigen/Core>

@@ -22,8 +22,7 @@ double local_end(const RainFog& fog, const FogSlab& slab, const Eigen::Vector3d&
 
 double air_per_m(const Scene& scene) {
   if (!scene.fog) return 0;
-  return scene.fog->extinction_per_m +
-         mean_density(scene.rain.density) * scene.rain.undrawn_per_m;
+  return scene.fog->extinction_per_m + mean_density(scene.rain.density) * scene.rain.undrawn_per_m;
 }
 
 RainFog rain_fog(const Scene& scene, const RainSpace& space) {
@@ -44,8 +43,8 @@ RainFog rain_fog(const Scene& scene, const RainSpace& space) {
       same->per_m += per_m;
       continue;
     }
-    const double floor_m = local_space(space, static_cast<int>(i), camera_m, 0).floor_m -
-                           camera_m.dot(size.frame.z);
+    const double floor_m =
+        local_space(space, static_cast<int>(i), camera_m, 0).floor_m - camera_m.dot(size.frame.z);
     fog.slabs.push_back({size.frame.z, per_m, floor_m, floor_m + space.local_height_m});
   }
   return fog;

@@ -66,7 +66,8 @@ struct TreeBuilder {
     const bool along_x = c.x1 - c.x0 >= c.y1 - c.y0;
     const auto part = [&](int at, bool low) {
       RainPacket half = packet;
-      (along_x ? (low ? half.cells.x1 : half.cells.x0) : (low ? half.cells.y1 : half.cells.y0)) = at;
+      (along_x ? (low ? half.cells.x1 : half.cells.x0) : (low ? half.cells.y1 : half.cells.y0)) =
+          at;
       return half;
     };
     const double whole = expected_drops(rain, space, packet);
@@ -190,8 +191,7 @@ struct Rect {
 
 Rect bounds(const PlanePolygon& polygon) {
   Rect rect = {polygon.front(), polygon.front()};
-  for (const Eigen::Vector2d& p : polygon)
-    rect = {rect.low.cwiseMin(p), rect.high.cwiseMax(p)};
+  for (const Eigen::Vector2d& p : polygon) rect = {rect.low.cwiseMin(p), rect.high.cwiseMax(p)};
   return rect;
 }
 
@@ -248,8 +248,8 @@ void select_grid(const Rain& rain, const RainSpace& space, int size, int side, c
   const CellRange all = local_cells(space, size, view.local);
   for (int y = floor_divided(all.y0, side) * side; y < all.y1; y += side) {
     for (int x = floor_divided(all.x0, side) * side; x < all.x1; x += side) {
-      const CellRange cells = {std::max(x, all.x0), std::max(y, all.y0),
-                               std::min(x + side, all.x1), std::min(y + side, all.y1)};
+      const CellRange cells = {std::max(x, all.x0), std::max(y, all.y0), std::min(x + side, all.x1),
+                               std::min(y + side, all.y1)};
       ++choice.looked_at;
       if (view.takes(rain, space, size, cells)) choice.packets.push_back({size, cells});
     }
@@ -283,8 +283,7 @@ RainPackets make_rain_packets(const Rain& rain, const RainSpace& space,
           "packets: a tree over a rain without bounds; expected rain.box_min_m and box_max_m, or "
           "another scheme");
     if (scheme == PacketScheme::automatic) {
-      const bool fewer =
-          static_cast<double>(packets.stored.size()) <= grid_packets(space, packets);
+      const bool fewer = static_cast<double>(packets.stored.size()) <= grid_packets(space, packets);
       scheme = built && fewer ? PacketScheme::tree : PacketScheme::grid;
     }
     if (scheme != PacketScheme::tree) packets.stored.clear();
@@ -366,10 +365,14 @@ std::vector<SizedCell> packet_cells(const Rain& rain, const RainSpace& space,
 
 std::string packet_scheme_name(PacketScheme scheme) {
   switch (scheme) {
-    case PacketScheme::world: return "world";
-    case PacketScheme::tree: return "tree";
-    case PacketScheme::grid: return "grid";
-    default: return "automatic";
+    case PacketScheme::world:
+      return "world";
+    case PacketScheme::tree:
+      return "tree";
+    case PacketScheme::grid:
+      return "grid";
+    default:
+      return "automatic";
   }
 }
 

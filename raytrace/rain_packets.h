@@ -1,15 +1,16 @@
 // Which of the rain's cells a picture can show. Cells are looked at in packets, after Creus (2010):
 //   world   one packet for all of a size: no selection
-//   tree    the leaves of a kd-tree (halves of equal numbers of drops) or of a quad-tree (quarters of
-//           equal area) over the plane across the fall, whichever has fewer, each at most a packet's
-//           drops; only for a box that is bounded across the fall
+//   tree    the leaves of a kd-tree (halves of equal numbers of drops) or of a quad-tree (quarters
+//   of
+//           equal area) over the plane across the fall, whichever has fewer, each at most a
+//           packet's drops; only for a box that is bounded across the fall
 //   grid    squares of as many cells as hold at most a packet's drops
 // and `automatic` is the one that needs the fewest packets. All draw the same drops in the same
 // order: the scheme decides about time alone.
 //
-// A packet is taken when it meets the prism of the local space and what the picture's frustum throws
-// on the plane along the fall, within the slab: the convex hull of that shadow, or the rectangle
-// around it as published.
+// A packet is taken when it meets the prism of the local space and what the picture's frustum
+// throws on the plane along the fall, within the slab: the convex hull of that shadow, or the
+// rectangle around it as published.
 #pragma once
 
 #include <string>
@@ -37,7 +38,7 @@ struct RainPacket {
 };
 
 struct RainPackets {
-  PacketOptions options = {};  // scheme: the one taken
+  PacketOptions options = {};           // scheme: the one taken
   std::vector<RainPacket> stored = {};  // of the tree
   bool quarters = false;                // it is a quad-tree
   std::vector<int> grid_cells = {};     // along a side of a packet of the grid, for each size

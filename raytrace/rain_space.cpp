@@ -18,7 +18,7 @@ constexpr double pi = std::numbers::pi;
 constexpr double longest_time_s = 1e7;
 constexpr double drops_per_cell = 128;  // a shader's group holds 256: 11 standard deviations more
 constexpr double most_drops_per_cell = 500;
-constexpr double finest_cell_m = 1e-3;  // their numbers stay integers up to 1e6 m from the origin
+constexpr double finest_cell_m = 1e-3;   // their numbers stay integers up to 1e6 m from the origin
 constexpr double finest_texel_m = 0.05;  // of the top heights
 constexpr double most_texels = 1 << 22;
 
@@ -132,9 +132,8 @@ std::vector<LossModel> loss_models(const Rain& rain, const std::vector<ViewRays>
   std::vector<FallFrame> frames;  // sizes that fall alike lose alike
   for (const RainSize& size : rain.sizes) {
     const FallFrame frame = fall_frame(size.velocity_m_s);
-    const bool known = std::any_of(frames.begin(), frames.end(), [&](const FallFrame& other) {
-      return same_fall(frame, other);
-    });
+    const bool known = std::any_of(frames.begin(), frames.end(),
+                                   [&](const FallFrame& other) { return same_fall(frame, other); });
     if (!known) frames.push_back(frame);
   }
   for (const ViewRays& rays : all_rays) {
@@ -209,7 +208,8 @@ std::vector<double> poisson(double mean) {
   return result;
 }
 
-// Where a fall through a place of the frame's plane leads through the density map: linear in x and y.
+// Where a fall through a place of the frame's plane leads through the density map: linear in x and
+// y.
 void set_density(const DensityMap& map, RainSizeSpace& size) {
   if (map.share.empty()) return;
   const FallFrame& frame = size.frame;
@@ -274,8 +274,8 @@ void add_size(const Scene& scene, const RainSize& drops, RainSpace& space) {
   size.drops = drops;
   size.frame = fall_frame(drops.velocity_m_s);
   size.speed_m_s = drops.velocity_m_s.norm();
-  size.stream = rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
-                          index);
+  size.stream =
+      rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), index);
   size.top = top_for(scene, size.frame, space);
   if (drops.drops_per_m3 > 0) set_density(scene.rain.density, size);
   size.box_x = box_along(scene.rain, size.frame.x);
@@ -347,8 +347,7 @@ double expected_drops(const Scene& scene, const RainSpace& space) {
       if (cells.x0 >= cells.x1 || cells.y0 >= cells.y1) continue;
       const double area_m2 = std::min(pi * space.culling_radius_m * space.culling_radius_m,
                                       rain_area_m2(scene.rain, size, cells));
-      const double height_m =
-          std::min(space.local_height_m, size.box_z.high_m - size.box_z.low_m);
+      const double height_m = std::min(space.local_height_m, size.box_z.high_m - size.box_z.low_m);
       sum += size.drops.drops_per_m3 * area_m2 * height_m;
     }
     most = std::max(most, sum);

@@ -19,7 +19,8 @@
 // the same decisions. 2^32 phases are one local height: a step of 5 nm for 20 m.
 //   once a scene:  stream = rain_hash(seed's low word, its high word, index of the size)
 //   a cell (x, y): keys   = rain_hash(stream[0], x, y)
-//                  count  = quantile of Poisson's law at (rain_hash(stream[1], x, y)[0] + 1/2) 2^-32
+//                  count  = quantile of Poisson's law at (rain_hash(stream[1], x, y)[0] + 1/2)
+//                  2^-32
 //   a frame, in double, B the slab's lower end:
 //                  run   = (s t + B) / h;  round = floor(run);  phase = floor(2^32 (run - round))
 //   drop k:        start = rain_hash(keys[0], k, 0)[0]
@@ -61,13 +62,13 @@ struct RainSizeSpace {
   RainSize drops = {};
   FallFrame frame = {};
   double speed_m_s = 0;
-  double cell_m = 0;                             // 0: not of the rain, only of single drops
-  int top = 0;                                   // of RainSpace::tops
-  Extent box_x = {}, box_y = {}, box_z = {};     // the box along the frame's axes
+  double cell_m = 0;                          // 0: not of the rain, only of single drops
+  int top = 0;                                // of RainSpace::tops
+  Extent box_x = {}, box_y = {}, box_z = {};  // the box along the frame's axes
   Eigen::Matrix2d density_axes = Eigen::Matrix2d::Zero();  // texel of the density map =
   Eigen::Vector2d density_origin = {0, 0};                 // origin + axes (x, y)
   std::array<std::uint32_t, 3> stream = {};
-  std::vector<double> count_at_most = {};        // [n]: probability of n drops or fewer in a cell
+  std::vector<double> count_at_most = {};  // [n]: probability of n drops or fewer in a cell
 };
 
 struct RainSpace {
@@ -76,7 +77,7 @@ struct RainSpace {
   std::vector<TopHeight> tops = {};       // one for each direction of fall
   double culling_radius_m = 0;
   double local_height_m = 0;
-  double lost_share = 0;     // bound of what of the visible rain lies outside, as estimated below
+  double lost_share = 0;      // bound of what of the visible rain lies outside, as estimated below
   double expected_drops = 0;  // in the local space, at most, wherever the camera's path leads
 };
 
@@ -84,11 +85,12 @@ struct RainSpace {
 double extinction_per_m(const RainSize& size);
 
 // lost_share. Along a view ray the rain at distance s adds to the picture in proportion to its
-// extinction sigma, the sum of all sizes, and to what is left of its light, exp(-sigma s). Of all that
-// along the picture's rays, from the camera to where they leave the rain's box, the part outside the
-// local space is lost; surfaces are ignored: they hide more of the far rain than of the near. With
-// several directions of fall, and along a camera path, the greatest share counts. Where the scene leaves both sizes open, the
-// pair of least volume with a share of at most rain.lost_share is taken.
+// extinction sigma, the sum of all sizes, and to what is left of its light, exp(-sigma s). Of all
+// that along the picture's rays, from the camera to where they leave the rain's box, the part
+// outside the local space is lost; surfaces are ignored: they hide more of the far rain than of the
+// near. With several directions of fall, and along a camera path, the greatest share counts. Where
+// the scene leaves both sizes open, the pair of least volume with a share of at most
+// rain.lost_share is taken.
 //
 // Throws std::runtime_error when more than most_local_drops would be needed.
 constexpr double most_local_drops = 2e7;
@@ -97,7 +99,7 @@ RainSpace make_rain_space(const Scene& scene);
 // The share that a local space of these sizes loses, as above.
 double lost_share(const Scene& scene, double culling_radius_m, double local_height_m);
 
-struct LocalSpace {  // of one size at one instant
+struct LocalSpace {                   // of one size at one instant
   Eigen::Vector2d centre_m = {0, 0};  // of the prism in the frame's x, y
   double floor_m = 0;                 // B
   std::uint32_t phase = 0;

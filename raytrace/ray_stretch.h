@@ -10,8 +10,8 @@ struct RayStretch {  // empty where from >= to
   double from = 0, to = std::numeric_limits<double>::infinity();
 };
 
-// Keeps what has a coordinate between low and high; origin: the ray's at distance 0, slope: its change
-// with distance.
+// Keeps what has a coordinate between low and high; origin: the ray's at distance 0, slope: its
+// change with distance.
 inline void clip(double origin, double slope, double low, double high, RayStretch& stretch) {
   if (slope == 0) {
     if (!(origin >= low && origin <= high)) stretch.to = -1;

@@ -29,8 +29,8 @@ std::string absolute_beside(const std::string& file, const std::string& path) {
 void refuse_target_at_position(const TomlReader& reader, const std::string& name,
                                const Eigen::Vector3d& position_m, const Eigen::Vector3d& target_m) {
   if ((target_m - position_m).norm() < 1e-6)
-    reader.refuse("target_m", fmt::format("{0}.target_m is {0}.position_m; expected another point",
-                                          name));
+    reader.refuse("target_m",
+                  fmt::format("{0}.target_m is {0}.position_m; expected another point", name));
 }
 
 std::vector<CameraKey> read_camera_path(TomlReader& reader) {
@@ -44,8 +44,9 @@ std::vector<CameraKey> read_camera_path(TomlReader& reader) {
     const std::string name = fmt::format("camera.key[{}]", path.size());
     refuse_target_at_position(table, name, key.position_m, key.target_m);
     if (!path.empty() && !(key.time_s >= path.back().time_s + least_key_s))
-      table.refuse("time_s", fmt::format("{}.time_s = {}; expected {} s or more after the one before",
-                                         name, key.time_s, least_key_s));
+      table.refuse("time_s",
+                   fmt::format("{}.time_s = {}; expected {} s or more after the one before", name,
+                               key.time_s, least_key_s));
     path.push_back(key);
   }
   if (path.size() == 1)
@@ -200,10 +201,10 @@ void read_density(TomlReader& reader, Rain& rain) {
   reader.optional("density_map", picture);
   if (picture.empty()) return;
   if (!reader.has("box_min_m") || !reader.has("box_max_m"))
-    reader.refuse("density_map", "rain.density_map without a box; expected box_min_m and box_max_m");
-  rain.density = read_density_map(absolute_beside(reader.file(), picture),
-                                  rain.box_min_m.head<2>(), rain.box_max_m.head<2>(),
-                                  rain.box_max_m.z());
+    reader.refuse("density_map",
+                  "rain.density_map without a box; expected box_min_m and box_max_m");
+  rain.density = read_density_map(absolute_beside(reader.file(), picture), rain.box_min_m.head<2>(),
+                                  rain.box_max_m.head<2>(), rain.box_max_m.z());
 }
 
 // What of the rain does not fall, or too fast for a closed form of 1e7 s.
@@ -223,8 +224,8 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
   Eigen::Vector3d direction(0, 0, -1);
   reader.optional("fall_direction", direction, {-1e3, 1e3});
   if (!(direction.z() < 0))
-    reader.refuse("fall_direction", fmt::format("rain.fall_direction[2] = {}; expected less than 0",
-                                                direction.z()));
+    reader.refuse("fall_direction",
+                  fmt::format("rain.fall_direction[2] = {}; expected less than 0", direction.z()));
   direction.normalize();
   int ways = 0;
   for (const char* key : {"drops_per_m3", "drops_per_m2_s", "rate_mm_h"})
@@ -233,8 +234,9 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
     reader.refuse("seed", fmt::format("rain has {} of drops_per_m3, drops_per_m2_s and rate_mm_h; "
                                       "expected one of them",
                                       ways));
-  rain.sizes = reader.has("rate_mm_h") ? read_distribution(reader, direction, wind_m_s, rain.undrawn_per_m)
-                                       : read_one_size(reader, direction, wind_m_s);
+  rain.sizes = reader.has("rate_mm_h")
+                   ? read_distribution(reader, direction, wind_m_s, rain.undrawn_per_m)
+                   : read_one_size(reader, direction, wind_m_s);
   unsigned long long seed = rain.seed;
   reader.optional("seed", seed);
   rain.seed = seed;
@@ -298,12 +300,12 @@ Camera camera_at(const Scene& scene, double time_s) {
   Camera camera = scene.camera;
   const std::vector<CameraKey>& keys = scene.camera_path;
   if (keys.empty()) return camera;
-  const auto after = std::upper_bound(
-      keys.begin(), keys.end(), time_s,
-      [](double time, const CameraKey& key) { return time < key.time_s; });
+  const auto after =
+      std::upper_bound(keys.begin(), keys.end(), time_s,
+                       [](double time, const CameraKey& key) { return time < key.time_s; });
   const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - keys.begin() - 1, 0));
   const bool between = after != keys.begin() && after != keys.end();
-  const auto value = [&](Eigen::Vector3d CameraKey::* member) -> Eigen::Vector3d {
+  const auto value = [&](Eigen::Vector3d CameraKey::*member) -> Eigen::Vector3d {
     if (!between) return keys[i].*member;
     // The velocity at a key: from the one before to the one after; none at the ends.
     const auto velocity = [&](std::size_t k) -> Eigen::Vector3d {
@@ -333,8 +335,7 @@ std::vector<Camera> camera_samples(const Scene& scene, int count) {
   const double last_s = scene.camera_path.back().time_s;
   std::vector<Camera> cameras;
   for (int i = 0; i < count; ++i)
-    cameras.push_back(
-        camera_at(scene, first_s + (last_s - first_s) * i / std::max(1, count - 1)));
+    cameras.push_back(camera_at(scene, first_s + (last_s - first_s) * i / std::max(1, count - 1)));
   return cameras;
 }
 

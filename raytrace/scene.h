@@ -90,7 +90,8 @@ struct Rain {
   // Drops are where their centre at shutter-open is inside; each side >= 1 mm.
   Eigen::Vector3d box_min_m = {-1e6, -1e6, -1e6};
   Eigen::Vector3d box_max_m = {1e6, 1e6, 1e6};
-  DensityMap density = {};  // over the box, at its upper end; the sizes are what falls where it is white
+  DensityMap density =
+      {};  // over the box, at its upper end; the sizes are what falls where it is white
   // How far from the camera drops are drawn (raytrace/rain_space.h); 0: as near as lost_share of
   // the visible rain allows.
   double culling_radius_m = 0;
@@ -100,7 +101,7 @@ struct Rain {
   std::uint64_t seed = 1;
 };
 
-struct SingleDrop {  // falls until it hits a surface
+struct SingleDrop {                      // falls until it hits a surface
   Eigen::Vector3d centre_m = {0, 0, 0};  // at time 0
   double r0_m = 1.6e-3;
   Eigen::Vector3d velocity_m_s = {0, 0, -8.49};
@@ -108,16 +109,16 @@ struct SingleDrop {  // falls until it hits a surface
 };
 
 // Effects: a scene has those whose table its file holds, and no other costs anything.
-struct Fog {                      // raytrace/rain_fog.h
-  double extinction_per_m = 0;    // of mist, besides what the rain takes
-  double asymmetry = 0.884;       // mean cosine of scattering: a sphere of water, without diffraction
+struct Fog {                    // raytrace/rain_fog.h
+  double extinction_per_m = 0;  // of mist, besides what the rain takes
+  double asymmetry = 0.884;     // mean cosine of scattering: a sphere of water, without diffraction
 };
 
 struct Glow {};  // the light that the fog scatters from lamps and suns
 
 struct Scene {
-  Camera camera = {};                        // without a path, always; with one, at its first key
-  std::vector<CameraKey> camera_path = {};   // ascending times
+  Camera camera = {};                       // without a path, always; with one, at its first key
+  std::vector<CameraKey> camera_path = {};  // ascending times
   std::vector<Light> lights = {};
   EnvironmentLight environment = {};
   std::string geometry_file = {};  // absolute after reading; empty: no surface

@@ -238,9 +238,7 @@ StreakGeometry pictures_of(const Preset& preset, double r0_m) {
     return std::abs(a - 2e6 * r0_m) < std::abs(b - 2e6 * r0_m);
   });
   const SizeRecord size = size_of(preset, nearest_um);
-  return {.pixel_m = size.pixel_m,
-          .exposure_s = size.span_s,
-          .mean_radius_m = 5e-7 * nearest_um};
+  return {.pixel_m = size.pixel_m, .exposure_s = size.span_s, .mean_radius_m = 5e-7 * nearest_um};
 }
 
 void search_drops(const Preset& preset, const Drops& drops, double exposure_s, Search& search) {
@@ -249,9 +247,8 @@ void search_drops(const Preset& preset, const Drops& drops, double exposure_s, S
   const SegmentTimes times = segment_times(exposure_s, drops.size.r0_m, pictures);
   search.against_fall = -velocity.normalized();
   search.path_m = times.each_s * velocity;
-  search.beyond_path_m =
-      beyond_path(preset, pictures.pixel_m * drops.size.r0_m / pictures.mean_radius_m,
-                  search.path_m.norm());
+  search.beyond_path_m = beyond_path(
+      preset, pictures.pixel_m * drops.size.r0_m / pictures.mean_radius_m, search.path_m.norm());
   // From the middle of the first segment to that of the last.
   const Eigen::Vector3d first = search.path_m / 2;
   const Eigen::Vector3d last = first + (times.count - 1) * search.path_m;

@@ -60,8 +60,9 @@ bool is_lit(const Band& band, const Scene& scene) {
       (!environment.map_file.empty() || environment.uniform_cd_m2[c] > 0)) {
     return true;
   }
-  return std::any_of(scene.lights.begin(), scene.lights.end(),
-                     [&](const Light& light) { return light.intensity_cd[c] > 0 || light.illuminance_lux[c] > 0; });
+  return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
+    return light.intensity_cd[c] > 0 || light.illuminance_lux[c] > 0;
+  });
 }
 
 void reduce_physical(PhysicalRain& rain, const Scene& scene) {
@@ -101,9 +102,8 @@ std::vector<SubsetRow> rows_of(const Preset& all, const Preset& kept) {
   if (all.transfer_degree >= 0) {
     const std::string degree = fmt::format("degree {}", all.transfer_degree);
     const bool stays = kept.transfer_degree >= 0;
-    rows.push_back({.what = "transfer",
-                    .kept = stays ? degree : "",
-                    .left_out = stays ? "" : degree});
+    rows.push_back(
+        {.what = "transfer", .kept = stays ? degree : "", .left_out = stays ? "" : degree});
   }
   return rows;
 }

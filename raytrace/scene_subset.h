@@ -34,15 +34,16 @@ struct SceneSubset {
 
 // The preset reduced to what the scene can ask for; oscillations stay as they are, since any drop
 // may have any. `lights` become the same for all views (an atlas has one table of lights), in the
-// database's order; without a lamp the first is kept, since an atlas needs one. Sizes: those nearest
-// to each size of the scene's drops; an exposure longer than a picture's is several of them. Enough
-// for the lookups of one light (atlas/atlas_lookup.h); trilinear ones would mix what is left.
+// database's order; without a lamp the first is kept, since an atlas needs one. Sizes: those
+// nearest to each size of the scene's drops; an exposure longer than a picture's is several of
+// them. Enough for the lookups of one light (atlas/atlas_lookup.h); trilinear ones would mix what
+// is left.
 //
 // Throws std::runtime_error "FILE: .." when no drop of the scene can be seen.
 SceneSubset scene_subset(const Preset& preset, const Scene& scene, const std::string& scene_file);
 
-// Views (of a preset's list, ascending) and lights that drops of the scene in view can ask for; along
-// a camera path, at 64 moments evenly spread over it.
+// Views (of a preset's list, ascending) and lights that drops of the scene in view can ask for;
+// along a camera path, at 64 moments evenly spread over it.
 struct Reach {
   std::vector<int> views_deg = {};
   std::vector<LightDirection> lights = {};

@@ -108,7 +108,8 @@ std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop
       project(view, p0) - top_row * placed.row_px - geometry.cell_width_px / 2 * placed.column_px;
   placed.clip_row = std::numeric_limits<double>::infinity();
   const double left_s = scene.camera.exposure_s - start_s;
-  const double end_s = left_s < times.each_s * (1 - 1e-6) ? std::min(left_s, hit_time_s) : hit_time_s;
+  const double end_s =
+      left_s < times.each_s * (1 - 1e-6) ? std::min(left_s, hit_time_s) : hit_time_s;
   if (end_s < times.each_s) placed.clip_row = top_row + placed.path_rows * (end_s / times.each_s);
   placed.time_share = times.each_s / scene.camera.exposure_s;
   placed.depth_m = m.z();

@@ -6,14 +6,15 @@
 // and r = top + path_rows at shutter-close. On screen it is the parallelogram
 // origin + u column + r row.
 //
-// A picture shows the drop for which it was traced, for the exposure that it was traced with. A drop
-// of another radius is the same picture made larger or smaller, and oscillates in a time that goes
-// with the radius to the power 3/2: the picture lasts
+// A picture shows the drop for which it was traced, for the exposure that it was traced with. A
+// drop of another radius is the same picture made larger or smaller, and oscillates in a time that
+// goes with the radius to the power 3/2: the picture lasts
 //   T = exposure_s (r0 / mean_radius_m)^1.5
 // of its fall. A camera's longer exposure shows several of them one after the other (segments, at
 // most most_segments: beyond that each is stretched), a shorter one the first part of it. Flux is
-// kept: a segment counts T / camera exposure. What is wrong then: the flattening of the drop at rest
-// stays that of the traced one, and oscillations of order above 2 do not close after a segment.
+// kept: a segment counts T / camera exposure. What is wrong then: the flattening of the drop at
+// rest stays that of the traced one, and oscillations of order above 2 do not close after a
+// segment.
 #pragma once
 
 #include <optional>
@@ -48,7 +49,8 @@ SegmentTimes segment_times(double camera_exposure_s, double r0_m, const StreakGe
 struct LitStreak {
   double light_elevation_deg = 0;  // above the plane perpendicular to the fall
   double light_azimuth_deg = 0;    // -180 .. 180, from the camera's side toward image right
-  Eigen::Vector3d irradiance_lux = {0, 0, 0};  // on a plane facing the light, at mid path (raytrace/light.h)
+  Eigen::Vector3d irradiance_lux = {
+      0, 0, 0};  // on a plane facing the light, at mid path (raytrace/light.h)
 };
 
 struct StreakPlacement {
@@ -57,10 +59,10 @@ struct StreakPlacement {
   Eigen::Vector2d column_px = {1, 0};  // pixel (i, j) covers [i, i+1] x [j, j+1]
   Eigen::Vector2d row_px = {0, 1};
   double path_rows = 0;  // T * speed * cos(view elevation) / (pixel_m r0 / mean_radius_m), at least
-                         // 0.01: else all flux of a drop seen along its fall lies at one row, and on
-                         // the border of two pixels rounding may give it to both or to none
-  double clip_row = 0;   // rows beyond are not drawn: the drop has hit the ground there, or the
-                         // shutter has closed; infinity when neither happens in the segment
+                         // 0.01: else all flux of a drop seen along its fall lies at one row, and
+                         // on the border of two pixels rounding may give it to both or to none
+  double clip_row = 0;    // rows beyond are not drawn: the drop has hit the ground there, or the
+                          // shutter has closed; infinity when neither happens in the segment
   double time_share = 1;  // T / camera exposure: what the picture's values count
   double depth_m = 0;     // of mid path, along the camera's axis
   double distance_m = 0;  // of mid path

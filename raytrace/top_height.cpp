@@ -68,9 +68,9 @@ void rasterise(TopHeight& top, const Eigen::Vector3d corner[3]) {
       if (wa + gain_a < 0 || wb + gain_b < 0 || wc + gain_c < 0) continue;
       const double plane = (wa * a.z() + wb * b.z() + wc * c.z()) / (wa + wb + wc);
       const double z = std::clamp(plane, low_z, high_z);  // the centre may lie beside the triangle
-      TopTexel& texel = top.texels[static_cast<std::size_t>(j) *
-                                       static_cast<std::size_t>(top.width) +
-                                   static_cast<std::size_t>(i)];
+      TopTexel& texel =
+          top.texels[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+                     static_cast<std::size_t>(i)];
       const auto height = static_cast<float>(z);
       if (!(height > texel.z_m)) continue;
       texel = {height, static_cast<float>(slope.x()), static_cast<float>(slope.y())};

@@ -1,5 +1,6 @@
 // The highest surface of a scene seen against a fall, on a regular grid over the plane across it:
-// where drops end. The renderer uploads this very grid, so that both decide alike which drops exist.
+// where drops end. The renderer uploads this very grid, so that both decide alike which drops
+// exist.
 #pragma once
 
 #include <vector>
@@ -30,12 +31,13 @@ struct TopHeight {                  // x, y and heights are those of the frame
 // conservatively: a texel that a roof covers in part is all under the roof. So no drop is ever seen
 // under a roof, and beside one drops end up to a texel early. Those along the fall have no top.
 // Exact over all of a texel that one plane fills. The grid starts at the rectangle's low corner and
-// covers it; an empty rectangle gives no texels; texel_m > 0. Throws std::runtime_error for a grid of
-// more than 2^26 texels.
+// covers it; an empty rectangle gives no texels; texel_m > 0. Throws std::runtime_error for a grid
+// of more than 2^26 texels.
 TopHeight top_height(const Mesh& mesh, const FallFrame& frame, const PlaneRect& rect,
                      double texel_m);
 
-// The plane of the texel that contains (x, y); -1e30 outside the grid and where there is no surface.
+// The plane of the texel that contains (x, y); -1e30 outside the grid and where there is no
+// surface.
 double height_at(const TopHeight& top, double x_m, double y_m);
 
 }  // namespace pluvia

@@ -37,8 +37,8 @@ void set_values(FogPass& pass, const Scene& scene, const ScenePass& surfaces) {
   values.camera_m = to_glm(scene.camera.position_m - surfaces.origin_m, 0);
   values.box_min_m = to_glm(fog.box_min_m, 0);
   values.box_max_m = to_glm(fog.box_max_m, 0);
-  values.air = to_glm({fog.everywhere_per_m, fog.culling_radius_m, scene.fog->asymmetry},
-                      glow_reach_m);
+  values.air =
+      to_glm({fog.everywhere_per_m, fog.culling_radius_m, scene.fog->asymmetry}, glow_reach_m);
   values.counts = {static_cast<int>(fog.slabs.size()), static_cast<int>(scene.lights.size()), 0, 0};
   for (std::size_t i = 0; i < fog.slabs.size(); ++i) {
     values.slabs[i] = to_glm(fog.slabs[i].against_fall, fog.slabs[i].per_m);

@@ -1,5 +1,5 @@
-// Mist, undrawn rain and the glow of lamps in them, over the scene's colour: raytrace/rain_fog.h. Made
-// only for a scene with [fog]; the glow is compiled only for one with [glow].
+// Mist, undrawn rain and the glow of lamps in them, over the scene's colour: raytrace/rain_fog.h.
+// Made only for a scene with [fog]; the glow is compiled only for one with [glow].
 #pragma once
 
 #include <array>

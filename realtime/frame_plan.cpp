@@ -26,9 +26,9 @@ std::size_t texture_bytes(const GlTexture& texture) {
   constexpr std::array<GLenum, 5> channels = {GL_TEXTURE_RED_SIZE, GL_TEXTURE_GREEN_SIZE,
                                               GL_TEXTURE_BLUE_SIZE, GL_TEXTURE_ALPHA_SIZE,
                                               GL_TEXTURE_DEPTH_SIZE};
-  const std::size_t bits = std::accumulate(
-      channels.begin(), channels.end(), std::size_t{0},
-      [&](std::size_t sum, GLenum channel) { return sum + value(channel); });
+  const std::size_t bits =
+      std::accumulate(channels.begin(), channels.end(), std::size_t{0},
+                      [&](std::size_t sum, GLenum channel) { return sum + value(channel); });
   return value(GL_TEXTURE_WIDTH) * value(GL_TEXTURE_HEIGHT) * value(GL_TEXTURE_DEPTH) * bits / 8;
 }
 

@@ -1,6 +1,6 @@
-// What a renderer has made for its scene: every pass, its shaders, what it keeps on the GPU. Derived
-// from the objects themselves, so that an effect that a scene does not call for can be seen to
-// contribute nothing.
+// What a renderer has made for its scene: every pass, its shaders, what it keeps on the GPU.
+// Derived from the objects themselves, so that an effect that a scene does not call for can be seen
+// to contribute nothing.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,9 @@ struct PlannedResource {
 };
 
 struct PlannedPass {
-  std::string name = {};                          // "surfaces", "shadows", "rain", ..
-  std::vector<std::string> shaders = {};          // files of realtime/shaders, each once
-  std::vector<PlannedResource> resources = {};    // buffers and textures
+  std::string name = {};                        // "surfaces", "shadows", "rain", ..
+  std::vector<std::string> shaders = {};        // files of realtime/shaders, each once
+  std::vector<PlannedResource> resources = {};  // buffers and textures
 
   void add(const ShaderProgram& program);
   void add(const std::string& resource, const GlBuffer& buffer);  // nothing for one never made
@@ -37,8 +37,8 @@ std::size_t bytes_of(const PlannedPass& pass);
 struct PassCost {
   std::string pass = {};
   double wall_s = 0;
-  double cpu_s = 0;           // of the whole process: a software rasteriser's threads
-  std::string skipped = {};   // why there was nothing to draw; empty: it was drawn
+  double cpu_s = 0;          // of the whole process: a software rasteriser's threads
+  std::string skipped = {};  // why there was nothing to draw; empty: it was drawn
 };
 
 // As text, a line for each pass, shader and resource; and both as JSON.

@@ -17,7 +17,7 @@ struct GpuLight {  // Light of lights.glsl
   glm::vec4 more = {};
 };
 
-struct ShadowSlot {   // where a light's shadow maps are (realtime/shadow_pass.h)
+struct ShadowSlot {    // where a light's shadow maps are (realtime/shadow_pass.h)
   int first_map = -1;  // -1: none
   int maps = 0;
   double texel = 0;  // of a map, in m for the sun, else in m at 1 m from the light

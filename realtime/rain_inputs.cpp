@@ -150,17 +150,16 @@ std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& spa
     first_height.push_back(first_height.back() + 3 * static_cast<int>(top.texels.size()));
   std::vector<GpuRainSize> sizes;
   for (const RainSizeSpace& size : space.sizes) {
-    const SegmentTimes times =
-        segment_times(scene.camera.exposure_s, size.drops.r0_m, geometry);
+    const SegmentTimes times = segment_times(scene.camera.exposure_s, size.drops.r0_m, geometry);
     const TopHeight& top = space.tops[static_cast<std::size_t>(size.top)];
     GpuRainSize gpu;
     gpu.axis_x = to_glm(size.frame.x, size.cell_m);
     gpu.axis_y = to_glm(size.frame.y, space.local_height_m);
     gpu.axis_z = to_glm(size.frame.z, atlas.pixel_m * size.drops.r0_m / atlas.mean_radius_m);
     gpu.velocity_m_s = to_glm(size.drops.velocity_m_s, size.drops.r0_m);
-    gpu.times = to_glm({times.each_s, scene.camera.exposure_s,
-                        times.each_s / scene.camera.exposure_s},
-                       size.speed_m_s);
+    gpu.times =
+        to_glm({times.each_s, scene.camera.exposure_s, times.each_s / scene.camera.exposure_s},
+               size.speed_m_s);
     gpu.top_grid = to_glm({0, 0, top.texel_m}, -1e30);
     const Eigen::Matrix2d& axes = size.density_axes;
     gpu.density_axes = to_glm({axes(0, 0), axes(1, 0), axes(0, 1)}, axes(1, 1));
@@ -189,8 +188,7 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
   uniforms.camera = gpu_camera(scene.camera);
   uniforms.box_min_m = to_glm(scene.rain.box_min_m - camera_m, 0);
   uniforms.box_max_m = to_glm(scene.rain.box_max_m - camera_m, 0);
-  uniforms.air.z =
-      static_cast<float>(std::clamp(nearest_box_depth_m(scene), 0.0, 1e30));
+  uniforms.air.z = static_cast<float>(std::clamp(nearest_box_depth_m(scene), 0.0, 1e30));
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const LocalSpace local = local_space(space, static_cast<int>(i), camera_m, time_s);
     sizes[i].run.x = local.phase;
@@ -200,8 +198,8 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
 
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
-                                      const std::vector<GpuRainSize>& sizes,
-                                      int oscillation_count, double time_s, int group_size) {
+                                      const std::vector<GpuRainSize>& sizes, int oscillation_count,
+                                      double time_s, int group_size) {
   const Eigen::Vector3d& camera_m = scene.camera.position_m;
   const auto most = static_cast<std::uint32_t>(group_size);
   std::vector<GpuDropGroup> groups;
@@ -223,8 +221,7 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
     const FallFrame& frame = size.frame;
     const Eigen::Vector3d place =
         corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
-    const Eigen::Vector2d density =
-        size.density_origin + size.density_axes * corner.head<2>();
+    const Eigen::Vector2d density = size.density_origin + size.density_axes * corner.head<2>();
     const auto thinning_key = static_cast<int>(sized.cell.keys[2]);
     add({.corner_m = to_glm(place - camera_m, 0),
          .corner_top = in_top(space, size, corner),

@@ -78,16 +78,16 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
 // One for every group_size drops and segments of a cell, and for those of a single drop.
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
-                                      const std::vector<GpuRainSize>& sizes,
-                                      int oscillation_count, double time_s, int group_size);
+                                      const std::vector<GpuRainSize>& sizes, int oscillation_count,
+                                      double time_s, int group_size);
 
 // Per layer, the layer of the mirrored drop.
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);
 
 std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);  // unit, drop frame
 
-// light_rows as the shader reads them: for each row its elevation in degrees, first entry and number
-// of entries; for each entry its azimuth in degrees, light and whether it is mirrored.
+// light_rows as the shader reads them: for each row its elevation in degrees, first entry and
+// number of entries; for each entry its azimuth in degrees, light and whether it is mirrored.
 std::vector<glm::vec4> gpu_light_rows(const StreakAtlas& atlas);
 std::vector<glm::vec4> gpu_light_entries(const StreakAtlas& atlas);
 

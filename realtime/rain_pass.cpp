@@ -155,8 +155,8 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
       packet_cells(scene.rain, *pass.space, choice, scene.camera, time_s);
   set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
   pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
-  pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x,
-                            time_s, group_size);
+  pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x, time_s,
+                            group_size);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
   for (const SizedCell& cell : cells) pass.counts.drops_looked_at += cell.cell.count;
@@ -341,7 +341,8 @@ StreakRecords read_records(const RainPass& pass) {
 
 std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const ShadowPass& shadows,
                                   double time_s) {
-  if (pass.centres.id() == 0) pass.centres = build_program({"rain_centres.comp"}, defines(false, pass));
+  if (pass.centres.id() == 0)
+    pass.centres = build_program({"rain_centres.comp"}, defines(false, pass));
   upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return {};
   const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;

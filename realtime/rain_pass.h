@@ -51,8 +51,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
                         const RenderOptions& options, const glm::vec4& environment,
                         const ScenePass& surfaces, const ShadowPass& shadows);
 
-// Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how many streaks are in view. Throws
-// std::runtime_error for a time that local_space refuses.
+// Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how
+// many streaks are in view. Throws std::runtime_error for a time that local_space refuses.
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);
 
 // Adds the records up, those behind surfaces left out.

@@ -35,7 +35,7 @@ class Stopwatch {
 
 struct RainRenderer::State {
   GlContext context = {};  // first: the objects below need it until they are gone
-  Scene scene = {};  // without its surfaces; the camera is the last frame's
+  Scene scene = {};        // without its surfaces; the camera is the last frame's
   ScenePass surfaces = {};
   ShadowPass shadows = {};
   RainSpace space = {};
@@ -69,8 +69,8 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
-    state.rain =
-        make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces, state.shadows);
+    state.rain = make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces,
+                                state.shadows);
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
@@ -106,8 +106,8 @@ Frame RainRenderer::render(double time_s) {
   const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
-  frame.rain = state.rain ? read_texture(state.rain->seen, width, height, 3)
-                          : make_image(width, height, 3);
+  frame.rain =
+      state.rain ? read_texture(state.rain->seen, width, height, 3) : make_image(width, height, 3);
   frame.rain_tau =
       state.rain ? read_alpha(state.rain->sum, width, height) : make_image(width, height, 1);
   frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
@@ -139,8 +139,9 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
   state.move_camera(time_s);
   std::vector<float> centres = read_centres_m(*state.rain, state.scene, state.shadows, time_s);
   for (std::size_t i = 0; i < centres.size(); ++i)
-    centres[i] = static_cast<float>(static_cast<double>(centres[i]) +
-                                    state.scene.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
+    centres[i] =
+        static_cast<float>(static_cast<double>(centres[i]) +
+                           state.scene.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
   state.context.check();
   return centres;
 }

@@ -3,8 +3,8 @@
 // A frame is: the scene (colour and depth), then rain over it,
 //   C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env
 // with S and coverage looked up in the atlas by view and light angles of each drop
-// (atlas_lookup.h), streaks seen past each other (realtime/shaders/composite.frag). All pictures are
-// linear Rec.709 radiance in cd/m^2, row 0 at the top.
+// (atlas_lookup.h), streaks seen past each other (realtime/shaders/composite.frag). All pictures
+// are linear Rec.709 radiance in cd/m^2, row 0 at the top.
 #pragma once
 
 #include <cstddef>
@@ -58,8 +58,8 @@ class RainRenderer {
  public:
   // Uploads the scene and the atlas. Throws std::runtime_error when there is no EGL or no
   // OpenGL 4.5, when a shader does not compile, when the rain asks for too many drops or packets
-  // that cannot be, and for an exposure in which drops are no streaks. A scene without rain needs no
-  // atlas: it may be empty.
+  // that cannot be, and for an exposure in which drops are no streaks. A scene without rain needs
+  // no atlas: it may be empty.
   RainRenderer(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options = {});
   ~RainRenderer();
   RainRenderer(const RainRenderer&) = delete;

@@ -62,7 +62,8 @@ glm::mat4 parallel(const Ball& ball, const Eigen::Vector3d& forward,
   const FallFrame frame = fall_frame(-forward);
   const Eigen::Vector3d centre = ball.centre_m - origin_m;
   // Nearest 1, farthest 0.
-  return from_rows({row(frame.x, 1 / ball.radius_m, centre), row(frame.y, 1 / ball.radius_m, centre),
+  return from_rows({row(frame.x, 1 / ball.radius_m, centre),
+                    row(frame.y, 1 / ball.radius_m, centre),
                     row(frame.z, -0.5 / ball.radius_m, centre, 0.5), glm::vec4(0, 0, 0, 1)});
 }
 
@@ -70,8 +71,8 @@ bool is_narrow(const Light& light) {
   return light.kind == LightKind::spot && light.outer_half_angle_deg <= widest_spot_deg;
 }
 
-// Half of what a map spans, at 1 m from the light or, for the sun, in m. A little more than the light
-// needs: the four texels around a point at its rim are there.
+// Half of what a map spans, at 1 m from the light or, for the sun, in m. A little more than the
+// light needs: the four texels around a point at its rim are there.
 double half_span(const Light& light, const Ball& ball) {
   if (light.kind == LightKind::sun) return ball.radius_m;
   if (!is_narrow(light)) return 1.01;
@@ -101,9 +102,8 @@ GlTexture make_maps(std::size_t count) {
   GLint layers = 0;
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
   if (count > static_cast<std::size_t>(layers))
-    throw std::runtime_error(
-        fmt::format("scene: shadows need {} maps; expected at most {} on this OpenGL", count,
-                    layers));
+    throw std::runtime_error(fmt::format(
+        "scene: shadows need {} maps; expected at most {} on this OpenGL", count, layers));
   GLuint id = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &id);
   GlTexture maps(id);

@@ -1,6 +1,7 @@
-// Shadows of surfaces, for the lights that ask for them: depth maps from the light, made once, since
-// neither surfaces nor lights move. A point light has six (the faces of a cube around it), a narrow
-// spot one, the sun one over all of the surfaces. Without such a light there is no map and no pass.
+// Shadows of surfaces, for the lights that ask for them: depth maps from the light, made once,
+// since neither surfaces nor lights move. A point light has six (the faces of a cube around it), a
+// narrow spot one, the sun one over all of the surfaces. Without such a light there is no map and
+// no pass.
 //
 // A map holds 2 cm / distance along its axis (the sun: 1 - distance / depth of its box), in 32-bit
 // float: the nearest surface has the greatest value. A point is lit where its own value is at least
@@ -20,8 +21,8 @@ namespace pluvia {
 
 struct ShadowPass {
   std::vector<ShadowSlot> slots = {};  // of each light
-  std::vector<glm::mat4> views = {};  // of each map, from scene_pass.h's origin
-  GlTexture maps = {};                // 0 without any
+  std::vector<glm::mat4> views = {};   // of each map, from scene_pass.h's origin
+  GlTexture maps = {};                 // 0 without any
   GlBuffer view_buffer = {};
   ShaderProgram program = {};
 

@@ -240,9 +240,8 @@ TEST(LightTaps, AreContinuousWhereTheMirrorBegins) {
     for (const double h : {0.0, 180.0}) {
       const auto beside = [&](double off) {
         const FoldedAngles folded = fold_angles(0, v, h + off, 0);
-        return tapped(atlas, folded, [&](double e, double a) {
-          return value(e, folded.mirrored ? -a : a);
-        });
+        return tapped(atlas, folded,
+                      [&](double e, double a) { return value(e, folded.mirrored ? -a : a); });
       };
       EXPECT_NEAR(beside(1e-6), beside(-1e-6), 1e-4) << v << ", " << h;
     }
@@ -251,15 +250,16 @@ TEST(LightTaps, AreContinuousWhereTheMirrorBegins) {
 
 TEST(LightTaps, WeightsSumToOneForAnySetOfLights) {
   StreakAtlas atlas;
-  for (const auto& lights :
-       {std::vector<LightDirection>{{90, 0}}, {{10, 30}}, {{-10, 50}, {30, 50}, {30, 170}},
-        gn2006_light_directions()}) {
+  for (const auto& lights : {std::vector<LightDirection>{{90, 0}},
+                             {{10, 30}},
+                             {{-10, 50}, {30, 50}, {30, 170}},
+                             gn2006_light_directions()}) {
     atlas.lights = lights;
     for (double v = -90; v <= 90; v += 9) {
       for (double h = 0; h <= 180; h += 9) {
         double sum = 0;
-        for (const LightTap& tap : light_taps(
-                 light_rows(atlas), {.light_elevation_deg = v, .light_azimuth_deg = h})) {
+        for (const LightTap& tap :
+             light_taps(light_rows(atlas), {.light_elevation_deg = v, .light_azimuth_deg = h})) {
           EXPECT_GE(tap.weight, 0);
           sum += tap.weight;
         }
@@ -274,9 +274,8 @@ TEST(CellMix, EachModeMixesAsManyCellsAsItSays) {
   atlas.lights = gn2006_light_directions();
   for (const int elevation : {0, 20, 40}) atlas.views.push_back({.elevation_deg = elevation});
   const auto rows = light_rows(atlas);
-  const FoldedAngles at = {.view_elevation_deg = 33,
-                           .light_elevation_deg = 24,
-                           .light_azimuth_deg = 47};
+  const FoldedAngles at = {
+      .view_elevation_deg = 33, .light_elevation_deg = 24, .light_azimuth_deg = 47};
   const auto cells = [&](LookupMode mode) {
     const CellMix mix = mix_cells(atlas, rows, at, mode);
     int views = 0, lights = 0;

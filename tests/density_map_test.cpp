@@ -49,8 +49,9 @@ TEST(DensityMap, ColouredBrokenAndMissingPicturesAreRefused) {
   EXPECT_NE(message_of([&] { read("no picture"); }).find("is no picture that can be read"),
             std::string::npos);
   EXPECT_NE(message_of([&] { read(""); }).find("is no picture"), std::string::npos);
-  EXPECT_NE(message_of([&] { read_density_map("/none.png", {0, 0}, {1, 1}, 0); })
-                .find("/none.png: cannot be read"),
+  EXPECT_NE(message_of([&] {
+              read_density_map("/none.png", {0, 0}, {1, 1}, 0);
+            }).find("/none.png: cannot be read"),
             std::string::npos);
 }
 

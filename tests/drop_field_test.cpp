@@ -101,7 +101,8 @@ TEST(DropField, DropsFillTheBoxEvenlyAtAnyTime) {
 
 TEST(DropField, NeighbouringDropsRoundsCellsAndSeedsAreIndependent) {
   // Joint counts of the eighth of the cell in which a drop stands: for drops k and k + 1, for the
-  // same drop in two rounds, in two cells, and for two seeds that differ in one bit of the high word.
+  // same drop in two rounds, in two cells, and for two seeds that differ in one bit of the high
+  // word.
   Scene scene = rain_scene(20);
   const double cell_m = make_rain_space(scene).sizes[0].cell_m;
   const auto first = by_name(field_of(scene, 0, 1));
@@ -161,7 +162,8 @@ TEST(DropField, CellsHoldPoissonNumbers) {
   const double cells = side * side, found = sum / cells;
   EXPECT_NEAR(found, mean, 4 * std::sqrt(mean / cells));
   // The variance of a variance of Poisson's law: (2 mean^2 + mean) / n.
-  EXPECT_NEAR(square / cells - found * found, mean, 4 * std::sqrt((2 * mean * mean + mean) / cells));
+  EXPECT_NEAR(square / cells - found * found, mean,
+              4 * std::sqrt((2 * mean * mean + mean) / cells));
 }
 
 // Every drop that two lists both hold is where it was, carried along by its fall; and they hold
@@ -323,8 +325,7 @@ TEST(DropField, ASlantedDropHitsWhereItsPathMeetsTheSurface) {
     const auto first = static_cast<std::uint32_t>(scene.mesh.positions_m.size());
     for (const auto& [x, y] : {std::pair(low, low), {high, low}, {high, high}, {low, high}})
       scene.mesh.positions_m.push_back({x, y, z});
-    for (const std::uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u})
-      scene.mesh.indices.push_back(first + i);
+    for (const std::uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u}) scene.mesh.indices.push_back(first + i);
   };
   add_level(-40, 60, 0);
   add_level(-2, 6, 1);
@@ -342,8 +343,9 @@ TEST(DropField, ASlantedDropHitsWhereItsPathMeetsTheSurface) {
 
 TEST(DropField, SingleDropsComeLastAndFallAsTold) {
   Scene scene = rain_scene(0.01);
-  scene.drops = {{.centre_m = {1, 2, 30}, .r0_m = 1e-3, .velocity_m_s = {1, 0, -6}, .oscillation = 7},
-                 {.centre_m = {3, 3, 3}, .oscillation = 12}};
+  scene.drops = {
+      {.centre_m = {1, 2, 30}, .r0_m = 1e-3, .velocity_m_s = {1, 0, -6}, .oscillation = 7},
+      {.centre_m = {3, 3, 3}, .oscillation = 12}};
   const auto drops = field_of(scene, 2);
   ASSERT_GE(drops.size(), 2u);
   const Drop& first = drops[drops.size() - 2];

@@ -201,8 +201,9 @@ TEST(FrameComposite, LightsThatCastShadowsAreRefused) {
     composite(scene, constant_atlas({level_view}, {1}, {0.1f}), {drop_ahead(3)});
     FAIL() << "no refusal";
   } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "light \"lamp\" casts shadows; expected none: the composite does not "
-                               "know them");
+    EXPECT_STREQ(error.what(),
+                 "light \"lamp\" casts shadows; expected none: the composite does not "
+                 "know them");
   }
 }
 

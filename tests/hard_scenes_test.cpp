@@ -1,4 +1,5 @@
-// Scenes that break renderers: each drawn and looked at for what must hold, or refused with a reason.
+// Scenes that break renderers: each drawn and looked at for what must hold, or refused with a
+// reason.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -41,7 +42,8 @@ TEST(HardScene, TheCameraStandsInADropsPath) {
       Scene scene = rainy_scene(0);
       scene.camera.target_m = scene.camera.position_m + view;
       for (const double up_m : {-0.2, 0.05, 0.07, 0.2, 1.0})
-        scene.drops.push_back({.centre_m = scene.camera.position_m + Eigen::Vector3d(0, off_m, up_m) -
+        scene.drops.push_back({.centre_m = scene.camera.position_m +
+                                           Eigen::Vector3d(0, off_m, up_m) -
                                            0.4 * SingleDrop().velocity_m_s});
       expect_sound(draw(scene));
     }
@@ -71,8 +73,8 @@ TEST(HardScene, LookingExactlyAlongTheFallADropIsAPoint) {
 
 TEST(HardScene, ALongExposureBlursRainAndKeepsItsOpticalDepth) {
   PLUVIA_NEEDS_OPENGL();
-  // Drops that cross the picture: in 1 s sixty times as many pass as stand in it in 1/60 s, each for a
-  // sixtieth of the time.
+  // Drops that cross the picture: in 1 s sixty times as many pass as stand in it in 1/60 s, each
+  // for a sixtieth of the time.
   Scene scene = rainy_scene(20000);
   scene.mesh = {};
   scene.camera.target_m = scene.camera.position_m + Eigen::Vector3d(0, 1, 0);
@@ -87,9 +89,10 @@ TEST(HardScene, ALongExposureBlursRainAndKeepsItsOpticalDepth) {
   RainRenderer renderer(scene, quarter_atlas());
   double sharp = 0;
   constexpr int frames = 60;
-  for (int k = 0; k < frames; ++k) sharp += sum_of(renderer.render(0.4 + k / 60.0).rain_tau) / frames;
-  // The same drops over the same second; but a picture of one drop that covers a pixel for all of its
-  // time is deeper than its sixtieth: the logarithm of what is left.
+  for (int k = 0; k < frames; ++k)
+    sharp += sum_of(renderer.render(0.4 + k / 60.0).rain_tau) / frames;
+  // The same drops over the same second; but a picture of one drop that covers a pixel for all of
+  // its time is deeper than its sixtieth: the logarithm of what is left.
   EXPECT_NEAR(sum_of(blurred.rain_tau) / sharp, 1, 0.02);
 }
 
@@ -183,8 +186,9 @@ TEST(HardScene, RainSoDenseThatNothingPassesStillHidesWhatIsBehind) {
 }
 
 TEST(HardScene, AMissingShaderFileIsNamed) {
-  const std::string message =
-      message_of([] { flatten_shader("rain.frag", {}, {{"rain.frag", "#version 450 core\n#include \"none.glsl\"\n"}}); });
+  const std::string message = message_of([] {
+    flatten_shader("rain.frag", {}, {{"rain.frag", "#version 450 core\n#include \"none.glsl\"\n"}});
+  });
   EXPECT_NE(message.find("realtime/shaders/rain.frag:2"), std::string::npos) << message;
   EXPECT_NE(message.find("none.glsl"), std::string::npos) << message;
 }

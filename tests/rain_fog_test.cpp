@@ -34,15 +34,13 @@ double sigma_at(const Scene& scene, const RainSpace& space, const Eigen::Vector3
   if (!in_box) return sigma;
   for (std::size_t i = 0; i < scene.rain.sizes.size(); ++i) {
     const RainSizeSpace& size = space.sizes[i];
-    const LocalSpace local =
-        local_space(space, static_cast<int>(i), scene.camera.position_m, 0);
+    const LocalSpace local = local_space(space, static_cast<int>(i), scene.camera.position_m, 0);
     const Eigen::Vector3d from = at_m - scene.camera.position_m;
     const double along = from.dot(size.frame.z);
     const double up = at_m.dot(size.frame.z) - local.floor_m;
     const bool drawn = (from - along * size.frame.z).norm() <= space.culling_radius_m && up >= 0 &&
                        up <= space.local_height_m;
-    if (!drawn)
-      sigma += size.drops.drops_per_m3 * std::numbers::pi * std::pow(size.drops.r0_m, 2);
+    if (!drawn) sigma += size.drops.drops_per_m3 * std::numbers::pi * std::pow(size.drops.r0_m, 2);
   }
   return sigma;
 }

@@ -22,9 +22,12 @@ struct View {
   double fov_deg;
 };
 
-const View views[] = {{"level", {0.3, 1, 0.1}, 40},         {"up the fall", {0, 0, 1}, 60},
-                      {"down the fall", {0, 0, -1}, 30},    {"nearly down", {1e-4, 0, -1}, 90},
-                      {"wide", {-1, 0.2, 0.4}, 120},        {"narrow", {0.7, 0.7, -0.2}, 3},
+const View views[] = {{"level", {0.3, 1, 0.1}, 40},
+                      {"up the fall", {0, 0, 1}, 60},
+                      {"down the fall", {0, 0, -1}, 30},
+                      {"nearly down", {1e-4, 0, -1}, 90},
+                      {"wide", {-1, 0.2, 0.4}, 120},
+                      {"narrow", {0.7, 0.7, -0.2}, 3},
                       {"along a slanted fall", {4, 2, -7}, 50}};
 
 Scene scene_for(const View& view) {
@@ -32,8 +35,8 @@ Scene scene_for(const View& view) {
   scene.camera.position_m = {1, 2, 4};
   scene.camera.target_m = scene.camera.position_m + view.direction;
   scene.camera.vertical_fov_deg = view.fov_deg;
-  scene.rain.sizes = {{.drops_per_m3 = 8}, {.r0_m = 1e-3, .drops_per_m3 = 8,
-                                            .velocity_m_s = {4, 2, -7}}};
+  scene.rain.sizes = {{.drops_per_m3 = 8},
+                      {.r0_m = 1e-3, .drops_per_m3 = 8, .velocity_m_s = {4, 2, -7}}};
   scene.rain.box_min_m = {-20, -20, 0};
   scene.rain.box_max_m = {20, 20, 9};
   scene.rain.culling_radius_m = 12;
@@ -80,9 +83,11 @@ TEST(RainPackets, EverySchemeTakesEveryDropThatThePictureShows) {
     for (const PacketScheme scheme : schemes) {
       for (const auto selection : {PacketSelection::hull, PacketSelection::rectangle}) {
         for (const double most : {1.0, 300.0, 1e9}) {
-          const RainPackets packets = make_rain_packets(scene.rain, space, {scheme, selection, most});
+          const RainPackets packets =
+              make_rain_packets(scene.rain, space, {scheme, selection, most});
           const PacketChoice choice = select_packets(scene.rain, space, packets, scene.camera, 1.3);
-          const CellNames cells = names_of(packet_cells(scene.rain, space, choice, scene.camera, 1.3));
+          const CellNames cells =
+              names_of(packet_cells(scene.rain, space, choice, scene.camera, 1.3));
           for (const Drop& drop : shown)
             ASSERT_TRUE(cells.count({drop.name.size, drop.name.cell_x, drop.name.cell_y}))
                 << view.name << ", " << packet_scheme_name(scheme) << ", " << most;
@@ -98,8 +103,10 @@ TEST(RainPackets, TheHullTakesFewerThanTheRectangle) {
     const Scene scene = scene_for(view);
     const RainSpace space = make_rain_space(scene);
     const auto taken = [&](PacketSelection selection) {
-      const auto packets = make_rain_packets(scene.rain, space, {PacketScheme::grid, selection, 100});
-      return static_cast<double>(select_packets(scene.rain, space, packets, scene.camera, 0).packets.size());
+      const auto packets =
+          make_rain_packets(scene.rain, space, {PacketScheme::grid, selection, 100});
+      return static_cast<double>(
+          select_packets(scene.rain, space, packets, scene.camera, 0).packets.size());
     };
     EXPECT_LE(taken(PacketSelection::hull), taken(PacketSelection::rectangle)) << view.name;
     hull += taken(PacketSelection::hull);
@@ -109,8 +116,9 @@ TEST(RainPackets, TheHullTakesFewerThanTheRectangle) {
 }
 
 TEST(RainPackets, TheShadowHoldsWhatThePictureShowsOfTheSlabAndLittleElse) {
-  // Points of the prism are thrown on the plane: inside the shadow exactly when their line along the
-  // fall meets the frustum within the slab, to the two pixels and the path that the shadow adds.
+  // Points of the prism are thrown on the plane: inside the shadow exactly when their line along
+  // the fall meets the frustum within the slab, to the two pixels and the path that the shadow
+  // adds.
   for (const View& view : views) {
     const Scene scene = scene_for(view);
     const RainSpace space = make_rain_space(scene);
@@ -178,10 +186,13 @@ TEST(RainPackets, AutomaticTakesTheSchemeOfFewestPackets) {
   scene.rain.box_max_m = Rain().box_max_m;
   space = make_rain_space(scene);
   EXPECT_EQ(taken(100), PacketScheme::grid);
-  EXPECT_NE(message_of([&] { make_rain_packets(scene.rain, space, {.scheme = PacketScheme::tree}); })
-                .find("a tree over a rain without bounds"),
+  EXPECT_NE(message_of([&] {
+              make_rain_packets(scene.rain, space, {.scheme = PacketScheme::tree});
+            }).find("a tree over a rain without bounds"),
             std::string::npos);
-  EXPECT_NE(message_of([&] { make_rain_packets(scene.rain, space, {.most_drops = 0}); }).find("expected 1 or"),
+  EXPECT_NE(message_of([&] {
+              make_rain_packets(scene.rain, space, {.most_drops = 0});
+            }).find("expected 1 or"),
             std::string::npos);
 }
 

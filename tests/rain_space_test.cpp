@@ -51,9 +51,8 @@ double counted_share(const Scene& scene, const RainSpace& space) {
     const double weight =
         drop.r0_m * drop.r0_m / c.squaredNorm() / std::pow(cosine, 3) * std::exp(-sigma * c.norm());
     const double z = drop.centre_m.dot(fall.z) - locals[index].floor_m;
-    const bool in_local =
-        std::hypot(c.dot(fall.x), c.dot(fall.y)) <= space.culling_radius_m && z >= 0 &&
-        z <= space.local_height_m;
+    const bool in_local = std::hypot(c.dot(fall.x), c.dot(fall.y)) <= space.culling_radius_m &&
+                          z >= 0 && z <= space.local_height_m;
     seen += weight;
     if (!in_local) lost += weight;
   }

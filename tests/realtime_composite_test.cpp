@@ -23,8 +23,7 @@ Errors errors_of(Scene scene, const StreakAtlas& atlas) {
   RainRenderer renderer(scene, atlas);
   const Frame frame = renderer.render(0.5);
   const auto drops = drop_field(scene, make_rain_space(scene), 10, 0.5);
-  const FrameComposite truth = composite_frame(scene, atlas, drops,
-                                               scene.environment.uniform_cd_m2,
+  const FrameComposite truth = composite_frame(scene, atlas, drops, scene.environment.uniform_cd_m2,
                                                frame.background, frame.depth_m);
   Errors errors;
   double square = 0, plain = 0, all = 0;
@@ -73,8 +72,8 @@ TEST(RainComposite, HoldsWhereStreaksHideEachOther) {
   struct Density {
     double drops, r0_m, bound;
   };
-  // The bounds hold the atlas's own error (0.002), and the mean field's: which streak hides which is
-  // known in the mean alone, an error that grows with the depth.
+  // The bounds hold the atlas's own error (0.002), and the mean field's: which streak hides which
+  // is known in the mean alone, an error that grows with the depth.
   for (const Density& density :
        {Density{3000, 1.6e-3, 0.003}, {20000, 6.4e-3, 0.04}, {40000, 1e-2, 0.06}}) {
     Scene scene = rainy_scene(density.drops);

@@ -98,8 +98,8 @@ Eigen::Vector3d glow_along(const Scene& scene, const Eigen::Vector3d& d, double 
       const double s = (i + 0.5) / steps * far_m;
       const Illumination lit = illumination(light, scene.camera.position_m + s * d);
       const double cosine = lit.toward.dot(d);
-      const double phase = (1 - g * g) / (4 * std::numbers::pi *
-                                          std::pow(1 + g * g - 2 * g * cosine, 1.5));
+      const double phase =
+          (1 - g * g) / (4 * std::numbers::pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
       const double beyond = std::isinf(lit.distance_m) ? 0 : lit.distance_m;
       sum += sigma * phase * std::exp(-sigma * (s + beyond)) * far_m / steps * lit.lux;
     }
@@ -127,8 +127,7 @@ TEST(Fog, GlowIsTheIntegralOfTheLightThatIsScatteredOnce) {
     double squared = 0, all[3] = {}, expected_all[3] = {};
     for (int y = 0; y < 48; y += 3) {
       for (int x = 0; x < 64; x += 3) {
-        const Eigen::Vector3d expected =
-            glow_along(scene, direction_of(scene.camera, x, y), 500);
+        const Eigen::Vector3d expected = glow_along(scene, direction_of(scene.camera, x, y), 500);
         for (int c = 0; c < 3; ++c) {
           const double found = static_cast<double>(frame.background.at(x, y, c));
           all[c] += found;

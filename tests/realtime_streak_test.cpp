@@ -279,9 +279,9 @@ TEST(Streak, ItEndsWhereTheDropHitsTheGround) {
 
 TEST(Streak, ItsFluxDoesNotDependOnHowAnExposureFallsIntoPictures) {
   PLUVIA_NEEDS_OPENGL();
-  // A drop's light over an exposure T is spread over a path v T: radiance x area goes with 1 / T x T.
-  // Exposures of a quarter to three pictures, seen from so far that all of the path is in view under
-  // nearly one direction; the look of a cell changes along it, so that parts of one differ.
+  // A drop's light over an exposure T is spread over a path v T: radiance x area goes with 1 / T x
+  // T. Exposures of a quarter to three pictures, seen from so far that all of the path is in view
+  // under nearly one direction; the look of a cell changes along it, so that parts of one differ.
   for (const double exposure_s : {0.25 / 60, 1.0 / 60, 2.0 / 60, 3.0 / 60}) {
     Single single = single_streak(poses[1]);
     const double traced = [&] {

@@ -219,8 +219,8 @@ TEST(RainRenderer, TheNearestLookupTakesOneView) {
   for (const StreakRecord& record : renderer.streak_records(1.25).streaks) {
     const int nearest = static_cast<int>(
         std::lround(std::abs(static_cast<double>(record.view_elevation_deg)) / 20));
-    const double off = std::abs(std::abs(static_cast<double>(record.view_elevation_deg)) / 20 -
-                                nearest);
+    const double off =
+        std::abs(std::abs(static_cast<double>(record.view_elevation_deg)) / 20 - nearest);
     if (std::abs(off - 0.5) < 1e-3) continue;  // rounding decides
     EXPECT_EQ(record.view.x, std::min(nearest, 4));
     EXPECT_EQ(record.view_weight.x, 1.0f);
@@ -258,8 +258,7 @@ TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
 // Two sizes, one of them slanted, and a single drop.
 Scene mixed_scene() {
   Scene scene = rainy_scene(4000);
-  scene.rain.sizes.push_back(
-      {.r0_m = 0.8e-3, .drops_per_m3 = 3, .velocity_m_s = {3, -1, -5}});
+  scene.rain.sizes.push_back({.r0_m = 0.8e-3, .drops_per_m3 = 3, .velocity_m_s = {3, -1, -5}});
   scene.drops = {{.centre_m = {0.8, 3, 2.5}, .r0_m = 2e-3, .oscillation = 3}};
   return scene;
 }
@@ -363,8 +362,7 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
     const auto placed = place_streak(scene, drop, geometry_of(quarter_atlas()));
     if (!placed || next == open.streaks.size()) continue;
     const double dz = static_cast<double>(open.streaks[next].depth_m) - placed->depth_m;
-    const double dx =
-        static_cast<double>(open.streaks[next].origin_px.x) - placed->origin_px.x();
+    const double dx = static_cast<double>(open.streaks[next].origin_px.x) - placed->origin_px.x();
     if (std::abs(dx) > 0.5 || std::abs(dz) > 1e-4) continue;
     const Eigen::Vector3d end = drop.centre_m + drop.velocity_m_s / 60;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -376,10 +374,10 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
       const float after = shaded.lit[3 * next + i].irradiance_lux[0];
       // What two texels of a map with 1024 a side do not know for sure; the sun's spans 85 m.
       const double edge_m = i < 2 ? 0.03 : 0.17;
-      const bool surely =
-          drop.centre_m.y() < 4 - 3 * edge_m && wall_hides(from, drop.centre_m, -edge_m) && wall_hides(from, end, -edge_m);
-      const bool perhaps =
-          wall_hides(from, drop.centre_m, edge_m) || wall_hides(from, end, edge_m);
+      const bool surely = drop.centre_m.y() < 4 - 3 * edge_m &&
+                          wall_hides(from, drop.centre_m, -edge_m) &&
+                          wall_hides(from, end, -edge_m);
+      const bool perhaps = wall_hides(from, drop.centre_m, edge_m) || wall_hides(from, end, edge_m);
       if (surely) {
         EXPECT_EQ(after, 0) << i << ", drop at " << drop.centre_m.transpose();
         ++dark[i];
@@ -427,8 +425,7 @@ TEST(RainRenderer, EverySchemeOfPacketsGivesTheSameBytes) {
   long world_drops = 0;
   for (const PacketScheme scheme : {PacketScheme::world, PacketScheme::tree, PacketScheme::grid}) {
     for (const auto selection : {PacketSelection::rectangle, PacketSelection::hull}) {
-      RainRenderer renderer(mixed_scene(), quarter_atlas(),
-                            {.packets = {scheme, selection, 64}});
+      RainRenderer renderer(mixed_scene(), quarter_atlas(), {.packets = {scheme, selection, 64}});
       const Frame frame = renderer.render(0.5);
       if (first.empty()) first = frame_bytes(frame);
       EXPECT_TRUE(first == frame_bytes(frame)) << packet_scheme_name(scheme);

@@ -156,9 +156,10 @@ TEST(Scene, AnythingOutOfRangeIsRefusedWithItsPlace) {
             0u);
   EXPECT_EQ(refusal_of(camera + "[rain]\nrate_mm_h = 4\nfall_direction = [1, 0, 0]\n"),
             "11:1: rain.fall_direction[2] = 0; expected less than 0");
-  EXPECT_EQ(refusal_of(camera + "[wind]\nvelocity_m_s = [0, 0, 9]\n[rain]\ndrops_per_m3 = 1\n"),
-            "11:1: rain: drops of 3.2 mm move at (0, 0, 0.7449) m/s; expected a fall of 0.01 m/s or "
-            "more, at most 200 m/s in all");
+  EXPECT_EQ(
+      refusal_of(camera + "[wind]\nvelocity_m_s = [0, 0, 9]\n[rain]\ndrops_per_m3 = 1\n"),
+      "11:1: rain: drops of 3.2 mm move at (0, 0, 0.7449) m/s; expected a fall of 0.01 m/s or "
+      "more, at most 200 m/s in all");
   EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 4\ndensity_map = \"a.png\"\n"),
             "11:1: rain.density_map without a box; expected box_min_m and box_max_m");
   EXPECT_EQ(refusal_of(camera + "[wind]\n"),
@@ -181,9 +182,10 @@ std::string key_at(double time_s, const std::string& position, const std::string
 }
 
 TEST(Scene, ACameraPathPassesItsKeysSmoothlyAndRestsAtItsEnds) {
-  const Scene scene = read_scene(scratch_file(
-      "s.toml", path_camera(key_at(1, "[0, 0, 1]", "[0, 5, 1]") + key_at(2, "[4, 0, 1]", "[0, 5, 1]") +
-                            key_at(5, "[4, 6, 2]", "[0, 9, 1]"))));
+  const Scene scene =
+      read_scene(scratch_file("s.toml", path_camera(key_at(1, "[0, 0, 1]", "[0, 5, 1]") +
+                                                    key_at(2, "[4, 0, 1]", "[0, 5, 1]") +
+                                                    key_at(5, "[4, 6, 2]", "[0, 9, 1]"))));
   ASSERT_EQ(scene.camera_path.size(), 3u);
   EXPECT_EQ(scene.camera.position_m, Eigen::Vector3d(0, 0, 1));
   for (const CameraKey& key : scene.camera_path) {
@@ -229,12 +231,12 @@ TEST(Scene, MistakesInACameraPathAreRefused) {
 }
 
 TEST(Scene, EveryKindOfLightIsReadAndItsMistakesAreRefused) {
-  const Scene scene = read_scene(scratch_file(
-      "s.toml", camera + "[[light]]\nkind = \"spot\"\nposition_m = [1, 2, 3]\n"
-                         "intensity_cd = [4, 5, 6]\ndirection = [0, 0, -2]\n"
-                         "outer_half_angle_deg = 30\nradius_m = 0.1\nshadow = true\n"
-                         "[[light]]\nkind = \"sun\"\ndirection = [3, 0, -4]\n"
-                         "illuminance_lux = [9, 8, 7]\n"));
+  const Scene scene = read_scene(
+      scratch_file("s.toml", camera + "[[light]]\nkind = \"spot\"\nposition_m = [1, 2, 3]\n"
+                                      "intensity_cd = [4, 5, 6]\ndirection = [0, 0, -2]\n"
+                                      "outer_half_angle_deg = 30\nradius_m = 0.1\nshadow = true\n"
+                                      "[[light]]\nkind = \"sun\"\ndirection = [3, 0, -4]\n"
+                                      "illuminance_lux = [9, 8, 7]\n"));
   ASSERT_EQ(scene.lights.size(), 2u);
   EXPECT_EQ(scene.lights[0].kind, LightKind::spot);
   EXPECT_EQ(scene.lights[0].direction, Eigen::Vector3d(0, 0, -1));
@@ -260,9 +262,9 @@ TEST(Scene, EveryKindOfLightIsReadAndItsMistakesAreRefused) {
 }
 
 TEST(Scene, ARateBecomesSizesThatFallByThemselvesAndDriftWithTheWind) {
-  const Scene scene = read_scene(scratch_file(
-      "s.toml", camera + "[rain]\nrate_mm_h = 12\nsizes = 3\nleast_diameter_mm = 1\n"
-                         "[wind]\nvelocity_m_s = [3, -1, 0]\n"));
+  const Scene scene = read_scene(
+      scratch_file("s.toml", camera + "[rain]\nrate_mm_h = 12\nsizes = 3\nleast_diameter_mm = 1\n"
+                                      "[wind]\nvelocity_m_s = [3, -1, 0]\n"));
   ASSERT_EQ(scene.rain.sizes.size(), 3u);
   for (const RainSize& size : scene.rain.sizes)
     EXPECT_LT((size.velocity_m_s - Eigen::Vector3d(3, -1, -fall_speed_m_s(2 * size.r0_m))).norm(),
@@ -274,8 +276,8 @@ TEST(Scene, ARateBecomesSizesThatFallByThemselvesAndDriftWithTheWind) {
   EXPECT_LT((flux.rain.sizes[0].velocity_m_s - Eigen::Vector3d(6, 0, -8)).norm(), 1e-12);
   EXPECT_DOUBLE_EQ(flux.rain.sizes[0].drops_per_m3, 5);
   for (const char* dry : {"rate_mm_h = 0", "drops_per_m3 = 0", "drops_per_m2_s = 0"})
-    EXPECT_TRUE(read_scene(scratch_file("s.toml", camera + "[rain]\n" + dry + "\n"))
-                    .rain.sizes.empty());
+    EXPECT_TRUE(
+        read_scene(scratch_file("s.toml", camera + "[rain]\n" + dry + "\n")).rain.sizes.empty());
 }
 
 TEST(Scene, ACamerasAxesAreRightHandedInEveryDirection) {

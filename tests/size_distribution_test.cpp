@@ -31,9 +31,8 @@ double integral(const SizeDistribution& rain, double low_m, auto weight) {
 TEST(SizeDistribution, TheRateIsTheOneAskedFor) {
   for (const SizeLaw law : {SizeLaw::marshall_palmer, SizeLaw::willis}) {
     for (const double rate : {0.01, 1.0, 10.0, 100.0, 300.0}) {
-      const double flux_m_s = integral({law, rate}, 1e-6, [](double d) {
-        return pi / 6 * d * d * d * fall_speed_m_s(d);
-      });
+      const double flux_m_s = integral(
+          {law, rate}, 1e-6, [](double d) { return pi / 6 * d * d * d * fall_speed_m_s(d); });
       EXPECT_NEAR(flux_m_s * 3.6e6 / rate, 1, 1e-4) << rate;
     }
   }
@@ -70,7 +69,9 @@ TEST(SizeDistribution, ClassesHoldNumberAndExtinctionOfWhatTheyStandFor) {
 
 TEST(SizeDistribution, ClassesHaveEqualShares) {
   const auto classes = size_classes({SizeLaw::marshall_palmer, 10}, 4, 0.5e-3);
-  const auto share = [](const SizeClass& c) { return c.diameter_m * c.diameter_m * c.drops_per_m3; };
+  const auto share = [](const SizeClass& c) {
+    return c.diameter_m * c.diameter_m * c.drops_per_m3;
+  };
   // Half a step of 1 um at either end, where a step holds a thousandth of a class.
   for (const SizeClass& c : classes) EXPECT_NEAR(share(c) / share(classes[0]), 1, 3e-3);
 }
@@ -78,7 +79,8 @@ TEST(SizeDistribution, ClassesHaveEqualShares) {
 TEST(SizeDistribution, WhatIsOutOfRangeIsRefused) {
   for (const double rate : {0.0, -1.0, 301.0, std::nan("")})
     EXPECT_THROW(extinction_per_m({SizeLaw::willis, rate}), std::invalid_argument);
-  for (const int count : {0, 17}) EXPECT_THROW(size_classes({}, count, 1e-3), std::invalid_argument);
+  for (const int count : {0, 17})
+    EXPECT_THROW(size_classes({}, count, 1e-3), std::invalid_argument);
   for (const double least_m : {0.0, 7e-3, std::nan("")})
     EXPECT_THROW(size_classes({}, 4, least_m), std::invalid_argument);
   EXPECT_EQ(drops_per_m4({}, {0.0, 8e-3}), (std::vector<double>{0, 0}));

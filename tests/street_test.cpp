@@ -95,8 +95,7 @@ bool is_covered(const Mesh& mesh, const Eigen::Vector3d& p) {
     const double w[3] = {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
     const bool inside = (w[0] > 0 && w[1] > 0 && w[2] > 0) || (w[0] < 0 && w[1] < 0 && w[2] < 0);
     if (!inside) continue;
-    const double z =
-        (w[0] * c[0].z() + w[1] * c[1].z() + w[2] * c[2].z()) / (w[0] + w[1] + w[2]);
+    const double z = (w[0] * c[0].z() + w[1] * c[1].z() + w[2] * c[2].z()) / (w[0] + w[1] + w[2]);
     if (z > 1e-6) return true;
   }
   return false;

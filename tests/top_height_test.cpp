@@ -69,7 +69,8 @@ TEST(TopHeight, NeighboursLeaveNoGapAlongAnyEdge) {
       add_triangle(mesh, hub, rim(i), rim(i + 1));
     }
     const TopHeight top = top_height(mesh, FallFrame{}, {-1, -1, 1, 1}, 0.125);
-    for (const TopTexel& texel : top.texels) ASSERT_NEAR(texel.z_m, 1.0f, 1e-6f) << "trial " << trial;
+    for (const TopTexel& texel : top.texels)
+      ASSERT_NEAR(texel.z_m, 1.0f, 1e-6f) << "trial " << trial;
   }
 }
 
@@ -108,7 +109,8 @@ TEST(TopHeight, EveryPointUnderATriangleIsUnderItsTop) {
       ASSERT_NEAR(height_at(top, static_cast<double>(p.x()), static_cast<double>(p.y())), 3, 1e-5);
     }
     // And the top reaches no farther than a texel's diagonal beyond it: its area is bounded.
-    const Eigen::Vector2f ab = (corner[1] - corner[0]).head<2>(), ac = (corner[2] - corner[0]).head<2>();
+    const Eigen::Vector2f ab = (corner[1] - corner[0]).head<2>(),
+                          ac = (corner[2] - corner[0]).head<2>();
     const double area = 0.5 * std::abs(static_cast<double>(ab.x() * ac.y() - ab.y() * ac.x()));
     const double rim = static_cast<double>(ab.norm() + ac.norm() + (ac - ab).norm());
     double covered = 0;
@@ -167,8 +169,9 @@ TEST(TopHeight, SeenAlongASlantedFallASlopeIsWhereItsPointsAreThrown) {
 }
 
 TEST(TopHeight, AGridThatFillsTheMemoryIsRefused) {
-  const std::string message =
-      message_of([] { top_height({}, FallFrame{}, {-1000, -1000, 1000, 1000}, 0.01); });
+  const std::string message = message_of([] {
+    top_height({}, FallFrame{}, {-1000, -1000, 1000, 1000}, 0.01);
+  });
   EXPECT_NE(message.find("200000 x 200000 texels"), std::string::npos) << message;
 }
 

@@ -46,8 +46,8 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
     report.timings_s.emplace_back("real-time frame: " + cost.pass, cost.wall_s);
 
   const auto start = std::chrono::steady_clock::now();
-  const auto drops = drop_field(scene, make_rain_space(scene),
-                                static_cast<int>(atlas.layers.size()), time_s);
+  const auto drops =
+      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
   const FrameComposite truth = composite_frame(
       scene, atlas, drops, environment_radiance_cd_m2(scene), frame.background, frame.depth_m);
   report.timings_s.emplace_back(

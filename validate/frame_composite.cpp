@@ -66,8 +66,8 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
       const int oscillation =
           tap.mirrored ? mirrored_oscillation(angles.oscillation) : angles.oscillation;
       add_cell(layer_of(atlas, oscillation).point.at(0), cell_rect(atlas, view, tap.light, 0),
-               angles.mirrored != tap.mirrored,
-               {irradiance.x(), irradiance.y(), irradiance.z(), 0}, picture);
+               angles.mirrored != tap.mirrored, {irradiance.x(), irradiance.y(), irradiance.z(), 0},
+               picture);
     }
   }
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
@@ -95,8 +95,7 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
                                    .mean_radius_m = atlas.mean_radius_m};
   std::vector<PlacedDrop> placed;
   for (const Drop& drop : drops) {
-    const int segments =
-        segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count;
+    const int segments = segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count;
     for (int segment = 0; segment < segments; ++segment) {
       if (auto placement = place_streak(scene, drop, geometry, segment)) {
         placed.push_back({&drop, std::move(*placement)});
@@ -117,11 +116,10 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, dou
                          const Eigen::Vector3d& environment, const Lookup& lookup,
                          const Image& screen) {
   const StreakPlacement& placement = placed.placement;
-  const CellMix cells =
-      mix_cells(atlas, lookup.rows,
-                fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation,
-                            views_below(atlas)),
-                lookup.mode);
+  const CellMix cells = mix_cells(
+      atlas, lookup.rows,
+      fold_angles(placement.view_elevation_deg, 0, 0, placed.drop->oscillation, views_below(atlas)),
+      lookup.mode);
   std::vector<StreakPicture> pictures;
   for (int i = 0; i < 2; ++i) {
     const auto& view = atlas.views[static_cast<std::size_t>(cells.view[i])];
@@ -194,8 +192,9 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
                                const Image& depth_m, LookupMode mode) {
   for (const Light& light : scene.lights) {
     if (light.shadow)
-      throw std::runtime_error(fmt::format(
-          "light \"{}\" casts shadows; expected none: the composite does not know them", light.name));
+      throw std::runtime_error(
+          fmt::format("light \"{}\" casts shadows; expected none: the composite does not know them",
+                      light.name));
   }
   require_picture(background, scene.camera, 3, false, "background");
   require_picture(depth_m, scene.camera, 1, true, "depth");
@@ -215,7 +214,8 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
   for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
     const std::size_t end = std::min(begin + batch, placed.size());
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      footprints[i - begin] = drop_footprint(atlas, placed[i], air, environment_cd_m2, lookup, depth_m);
+      footprints[i - begin] =
+          drop_footprint(atlas, placed[i], air, environment_cd_m2, lookup, depth_m);
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;

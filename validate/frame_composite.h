@@ -39,11 +39,11 @@ struct FrameComposite {
 // drops: as drop_field gives them. environment_cd_m2: L_env, per channel. background: RGB, depth_m:
 // one channel (+infinity where there is no surface), both of the camera's size. The result does not
 // depend on the number of threads. Throws std::runtime_error for pictures of another size, values
-// that are not finite, for a light that casts shadows, and an oscillation set that the atlas does not hold.
+// that are not finite, for a light that casts shadows, and an oscillation set that the atlas does
+// not hold.
 FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
                                const std::vector<Drop>& drops,
                                const Eigen::Vector3d& environment_cd_m2, const Image& background,
-                               const Image& depth_m,
-                               LookupMode mode = LookupMode::view_linear);
+                               const Image& depth_m, LookupMode mode = LookupMode::view_linear);
 
 }  // namespace pluvia

@@ -1,6 +1,6 @@
-// Writes the courtyard of courtyard.toml and passages.toml: make_block OUT.gltf. Four rows of houses
-// around a court of 16 x 12 m, x east and y north, two passages through them and an arcade: all
-// that a drop must not be seen under.
+// Writes the courtyard of courtyard.toml and passages.toml: make_block OUT.gltf. Four rows of
+// houses around a court of 16 x 12 m, x east and y north, two passages through them and an arcade:
+// all that a drop must not be seen under.
 #include <cstdio>
 
 #include "data/scenes/street_buildings.h"
@@ -48,7 +48,8 @@ void arcade(Street& street, const Frame& f, double length_m) {
 void ground(Street& street) {
   // Slabs of 2 m with open joints over their bed.
   const Frame f = {{-court_x_m - depth_m, -court_y_m - depth_m, 0}, {1, 0, 0}, {0, 1, 0}};
-  const int across = static_cast<int>(court_x_m + depth_m), along = static_cast<int>(court_y_m + depth_m);
+  const int across = static_cast<int>(court_x_m + depth_m),
+            along = static_cast<int>(court_y_m + depth_m);
   for (int j = 0; j < along; ++j) {
     for (int i = 0; i < across; ++i) {
       const Surface slab = street.random() % 6 == 0 ? patch : paving;
@@ -58,8 +59,9 @@ void ground(Street& street) {
                  f.at(u + 1.99, w + 1.99, 0), f.at(u + 0.01, w + 1.99, 0)});
     }
   }
-  rectangle(street, kerb, {f.at(0, 0, -0.02), f.at(2 * across, 0, -0.02),
-                           f.at(2 * across, 2 * along, -0.02), f.at(0, 2 * along, -0.02)});
+  rectangle(street, kerb,
+            {f.at(0, 0, -0.02), f.at(2 * across, 0, -0.02), f.at(2 * across, 2 * along, -0.02),
+             f.at(0, 2 * along, -0.02)});
 }
 
 Street block_of_houses() {

@@ -10,5 +10,6 @@ layout(std430, binding = CENTRES) writeonly buffer Centres { vec4 centres_m[]; }
 void main() {
   Drop drop;
   bool is_there = drop_at(group_index(), gl_LocalInvocationID.x, drop) && drop.segment == 0;
-  centres_m[group_index() * GROUP_SIZE + gl_LocalInvocationID.x] = is_there ? vec4(drop.centre_m, 1) : vec4(0);
+  centres_m[group_index() * GROUP_SIZE + gl_LocalInvocationID.x] =
+      is_there ? vec4(drop.centre_m, 1) : vec4(0);
 }

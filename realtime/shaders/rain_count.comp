@@ -14,5 +14,6 @@ void main() {
                  place_streak(drop, placed) && in_picture(placed);
   uint total;
   rank_in_group(visible, total);
-  if (gl_LocalInvocationID.x == 0u && group_index() < uint(sizes.x)) group_counts[group_index()] = total;
+  if (gl_LocalInvocationID.x == 0u && group_index() < uint(sizes.x))
+    group_counts[group_index()] = total;
 }

@@ -62,7 +62,8 @@ uint cell_of(uint light, bool mirrored, int layer) {
 #if TAPS == 1
 void write_lit(uint first, vec3 lux, Folded folded, int layer) {
   lit_streaks[first] =
-      LitStreak(lux.r, lux.g, lux.b, cell_of(nearest_light(folded.direction), folded.mirrored, layer));
+      LitStreak(lux.r, lux.g, lux.b,
+                cell_of(nearest_light(folded.direction), folded.mirrored, layer));
 }
 #else
 layout(std430, binding = LIGHT_ROWS) readonly buffer LightRows { vec4 light_rows[]; };

@@ -1,5 +1,5 @@
-// What a frame of rain costs by drops, packets, lookup and lights: medians of frames of one run on one
-// machine, so that its rows may be compared with each other and with nothing else.
+// What a frame of rain costs by drops, packets, lookup and lights: medians of frames of one run on
+// one machine, so that its rows may be compared with each other and with nothing else.
 //   rain_cost [--frames 3] [--most-drops 100000]
 #include <algorithm>
 #include <cmath>
@@ -94,12 +94,12 @@ const char* lookup_name(LookupMode mode) {
 
 void run(const CostFlags& flags) {
   const StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
-  fmt::print("| drops | packets | lookup | lights | streaks | looked at | rain ms | CPU ms | us CPU "
-             "a streak | MB beside the atlas |\n|---|---|---|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| drops | packets | lookup | lights | streaks | looked at | rain ms | CPU ms | us CPU "
+      "a streak | MB beside the atlas |\n|---|---|---|---|---|---|---|---|---|---|\n");
   const auto row = [&](double drops, PacketScheme scheme, LookupMode lookup, int lights) {
-    const Cost cost =
-        measure(far_rain(drops, lights), atlas,
-                {.packets = {.scheme = scheme}, .lookup = lookup}, flags.frames);
+    const Cost cost = measure(far_rain(drops, lights), atlas,
+                              {.packets = {.scheme = scheme}, .lookup = lookup}, flags.frames);
     fmt::print("| {:.0f} | {} | {} | {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.1f} |\n", drops,
                packet_scheme_name(scheme), lookup_name(lookup), lights, cost.streaks,
                cost.looked_at, 1e3 * cost.wall_s, 1e3 * cost.cpu_s,
@@ -123,7 +123,8 @@ void run(const CostFlags& flags) {
 int main(int argc, char** argv) {
   CLI::App app("What a frame of rain costs", "rain_cost");
   pluvia::CostFlags flags;
-  app.add_option("--frames", flags.frames, "of which the median is taken")->check(CLI::Range(1, 99));
+  app.add_option("--frames", flags.frames, "of which the median is taken")
+      ->check(CLI::Range(1, 99));
   app.add_option("--most-drops", flags.most_drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
   CLI11_PARSE(app, argc, argv);
   try {
