@@ -37,7 +37,7 @@ RainFog rain_fog(const Scene& scene, const RainSpace& space) {
     const RainSizeSpace& size = space.sizes[i];
     const double per_m = mean_density(scene.rain.density) * extinction_per_m(size.drops);
     const auto same = std::find_if(fog.slabs.begin(), fog.slabs.end(), [&](const FogSlab& slab) {
-      return (slab.against_fall - size.frame.z).norm() < 1e-12;
+      return same_fall({.z = slab.against_fall}, size.frame);
     });
     if (same != fog.slabs.end()) {
       same->per_m += per_m;

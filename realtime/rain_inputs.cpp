@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "atlas/atlas_lookup.h"
-#include "raytrace/drop_field.h"
 #include "raytrace/rain_fog.h"
 #include "realtime/to_glm.h"
 

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "raytrace/drop_field.h"
 #include "realtime/cumulative_atlas.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"

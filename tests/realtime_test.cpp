@@ -12,6 +12,7 @@
 #include "atlas/atomic_file.h"
 #include "raytrace/drop_field.h"
 #include "raytrace/streak_placement.h"
+#include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
@@ -20,11 +21,6 @@ namespace pluvia {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-
-StreakGeometry geometry_of(const StreakAtlas& atlas) {
-  return {atlas.pixel_m, static_cast<double>(atlas.cell_width_px), atlas.exposure_s,
-          atlas.views[0].path_top_row};
-}
 
 // Packets of the whole world: every drop of the field is looked at.
 constexpr RenderOptions no_selection = {.packets = {.scheme = PacketScheme::world}};
@@ -123,7 +119,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas, Scene scene)
     const StreakRecords records = renderer.streak_records(1.25);
     std::size_t next = 0, skipped = 0;
     for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
-      const auto placed = place_streak(scene, drop, geometry_of(atlas));
+      const auto placed = place_streak(scene, drop, streak_geometry(atlas));
       if (!placed || next == records.streaks.size()) continue;
       // Both lists are in order of id; a drop that the picture does not show has no record.
       const StreakRecord& record = records.streaks[next];
@@ -176,7 +172,7 @@ TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
   const auto rows = light_rows(atlas);
   std::size_t next = 0;
   for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
-    const auto placed = place_streak(scene, drop, geometry_of(atlas));
+    const auto placed = place_streak(scene, drop, streak_geometry(atlas));
     if (!placed || next == records.streaks.size()) continue;
     const StreakRecord& record = records.streaks[next];
     if (std::abs(static_cast<double>(record.origin_px.x) - placed->origin_px.x()) > 0.5 ||
@@ -243,7 +239,7 @@ TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
   // A drop counts when its path's middle is in the picture.
   std::size_t inside = 0;
   for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 0.5)) {
-    const auto placed = place_streak(scene, drop, geometry_of(quarter_atlas()));
+    const auto placed = place_streak(scene, drop, streak_geometry(quarter_atlas()));
     if (!placed || placed->clip_row < 150) continue;
     const Eigen::Vector2d middle =
         placed->origin_px + 4 * placed->column_px + 127.5 * placed->row_px;
@@ -359,7 +355,7 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
   std::size_t next = 0;
   int dark[3] = {}, bright[3] = {};
   for (const Drop& drop : drop_field(scene, space, 10, 1.25)) {
-    const auto placed = place_streak(scene, drop, geometry_of(quarter_atlas()));
+    const auto placed = place_streak(scene, drop, streak_geometry(quarter_atlas()));
     if (!placed || next == open.streaks.size()) continue;
     const double dz = static_cast<double>(open.streaks[next].depth_m) - placed->depth_m;
     const double dx = static_cast<double>(open.streaks[next].origin_px.x) - placed->origin_px.x();
