@@ -218,6 +218,22 @@ CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
           .height = (row.height_px + (1 << level) - 1) >> level};
 }
 
+const Image& finest_picture(const StreakAtlas& atlas, int layer, int cell) {
+  const AtlasLayer& set = atlas.layers.at(static_cast<std::size_t>(layer));
+  const int lights = static_cast<int>(atlas.lights.size());
+  const bool environment = cell == lights;
+  const std::vector<Image>& levels = cell < lights ? set.point
+                                     : environment ? set.env
+                                                   : set.coverage;
+  if (levels.empty())
+    throw std::runtime_error(fmt::format("atlas: oscillation {} has no picture of {}; expected one",
+                                         set.oscillation,
+                                         cell < lights ? "point light"
+                                         : environment ? "environment"
+                                                       : "coverage"));
+  return levels.front();
+}
+
 StreakAtlas pack_database(const std::string& database_folder, const PackOptions& options) {
   const Manifest manifest = read_manifest(database_folder);
   const Grid grid = grid_of(database_folder, manifest, options.diameter_um);

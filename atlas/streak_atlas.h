@@ -57,6 +57,10 @@ struct CellRect {
 // Height is ceil(height_px / 2^level).
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level);
 
+// The picture of level 0 that holds a kind of cell of a layer: `cell` is the index of a light, then
+// comes the environment, then coverage. Throws std::runtime_error when the atlas has none.
+const Image& finest_picture(const StreakAtlas& atlas, int layer, int cell);
+
 // What of a database to pack. A renderer reads one size and one band.
 struct PackOptions {
   int diameter_um = 0;    // 0: the only one

@@ -78,32 +78,19 @@ void sum_columns(const Image& picture, const CellRect& cell, int level, float* s
   }
 }
 
-// The finest picture of a kind.
-const Image& picture_of(const AtlasLayer& layer, const std::vector<Image>& levels,
-                        const char* kind) {
-  if (levels.empty())
-    throw std::runtime_error(fmt::format("atlas: oscillation {} has no picture of {}; expected one",
-                                         layer.oscillation, kind));
-  return levels.front();
-}
-
 void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool environment,
                CumulativeAtlas& result) {
-  const AtlasLayer& layer = atlas.layers[static_cast<std::size_t>(layer_index)];
   const int lights = static_cast<int>(atlas.lights.size());
   const int views = static_cast<int>(atlas.views.size());
   for (int view = 0; view < views; ++view) {
     const CumulativeSpan& span = result.spans[static_cast<std::size_t>(level * views + view)];
     for (int cell = 0; cell < lights + 2; ++cell) {
       if (cell == lights && !environment) continue;
-      const bool point = cell < lights;
-      const Image& picture = point            ? picture_of(layer, layer.point, "point light")
-                             : cell == lights ? picture_of(layer, layer.env, "environment")
-                                              : picture_of(layer, layer.coverage, "coverage");
       const std::int64_t first =
           span.first + (static_cast<std::int64_t>(layer_index) * (lights + 2) + cell) *
                            static_cast<std::int64_t>(span.cell_stride);
-      sum_columns(picture, cell_rect(atlas, view, point ? cell : 0, 0), level,
+      sum_columns(finest_picture(atlas, layer_index, cell),
+                  cell_rect(atlas, view, cell < lights ? cell : 0, 0), level,
                   result.sums.data() + first);
     }
   }

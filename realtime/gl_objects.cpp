@@ -27,6 +27,27 @@ GlTexture make_texture(GLenum format, int width, int height) {
   return GlTexture(id);
 }
 
+GlTexture make_folded_array(GLenum format, GLenum order, int channels, int layer_width,
+                            int layer_height, std::vector<float>& values) {
+  const auto wide = static_cast<std::size_t>(layer_width) * static_cast<std::size_t>(channels);
+  const std::size_t layer = wide * static_cast<std::size_t>(layer_height);
+  const std::size_t layers = (values.size() + layer - 1) / layer;
+  const std::size_t rows =
+      layers > 1 ? static_cast<std::size_t>(layer_height) : (values.size() + wide - 1) / wide;
+  values.resize(layers * rows * wide);
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &id);
+  GlTexture texture(id);
+  glTextureStorage3D(id, 1, format, layer_width, static_cast<GLsizei>(rows),
+                     static_cast<GLsizei>(layers));
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage3D(id, 0, 0, 0, 0, layer_width, static_cast<GLsizei>(rows),
+                      static_cast<GLsizei>(layers), order, GL_FLOAT, values.data());
+  return texture;
+}
+
 GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colors, GLuint depth) {
   GLuint id = 0;
   glCreateFramebuffers(1, &id);

@@ -77,6 +77,11 @@ void update_buffer(const GlBuffer& buffer, const std::vector<T>& values) {
 // One level, nearest filter, clamped at the edges. format: a sized internal format.
 GlTexture make_texture(GLenum format, int width, int height);
 
+// One long array of `channels` floats each, folded into layers: a storage buffer may be limited to
+// 128 MB. Padded with zeros to whole rows, or layers where there are several.
+GlTexture make_folded_array(GLenum format, GLenum order, int channels, int layer_width,
+                            int layer_height, std::vector<float>& values);
+
 // depth: 0 for none. Draws into the colours in order. Throws std::runtime_error when incomplete.
 GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colors, GLuint depth);
 

@@ -258,14 +258,19 @@ std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas) {
   return layers;
 }
 
-std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas) {
-  std::vector<glm::vec4> directions;
+std::vector<Eigen::Vector3d> light_vectors(const StreakAtlas& atlas) {
+  std::vector<Eigen::Vector3d> vectors;
   for (const LightDirection& light : atlas.lights) {
     const double v = light.elevation_deg * std::numbers::pi / 180;
     const double h = light.azimuth_deg * std::numbers::pi / 180;
-    directions.push_back(to_glm(
-        Eigen::Vector3d(std::cos(v) * std::cos(h), std::cos(v) * std::sin(h), std::sin(v)), 0));
+    vectors.emplace_back(std::cos(v) * std::cos(h), std::cos(v) * std::sin(h), std::sin(v));
   }
+  return vectors;
+}
+
+std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas) {
+  std::vector<glm::vec4> directions;
+  for (const Eigen::Vector3d& light : light_vectors(atlas)) directions.push_back(to_glm(light, 0));
   return directions;
 }
 

@@ -26,6 +26,8 @@ struct RainUniforms {  // rain_uniforms.glsl, member by member
   glm::vec4 air = {};
   glm::ivec4 counts = {};
   glm::ivec4 sizes = {};
+  glm::vec4 splat = {};
+  glm::ivec4 splat_levels = {};
   glm::ivec4 density = {};
 };
 
@@ -84,7 +86,9 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
 // Per layer, the layer of the mirrored drop.
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);
 
-std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);  // unit, drop frame
+// Toward the lights of the atlas: unit, in the drop's frame.
+std::vector<Eigen::Vector3d> light_vectors(const StreakAtlas& atlas);
+std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);
 
 // light_rows as the shader reads them: for each row its elevation in degrees, first entry and
 // number of entries; for each entry its azimuth in degrees, light and whether it is mirrored.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "realtime/cumulative_atlas.h"
+#include "realtime/light_candidates.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"
@@ -37,10 +38,13 @@ enum Binding : GLuint {
   densities_at,
   light_rows_at,
   light_entries_at,
+  light_candidates_at,
   shadow_views_at,
-  shadow_maps_at,
-  sums_at
+  profile_spans_at,
+  splat_sums_at
 };
+
+enum TextureUnit : GLuint { shadow_maps_at, sums_at, profiles_at, scene_depth_at };
 
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
@@ -52,7 +56,10 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
                        {"SUMS_WIDTH", std::to_string(sums_width)},
                        {"SUMS_HEIGHT", std::to_string(sums_height)},
-                       {"NEAR_M", std::to_string(near_m)}};
+                       {"NEAR_M", std::to_string(near_m)},
+                       {"CANDIDATE_CELLS", std::to_string(candidate_cells)},
+                       {"SPLAT_LIGHTS", std::to_string(splat_lights)},
+                       {"SPLAT_STEPS", std::to_string(splat_steps)}};
   const std::pair<const char*, GLuint> bindings[] = {{"RAIN_UNIFORMS", uniforms_at},
                                                      {"GROUP_STARTS", group_starts_at},
                                                      {"STREAKS", streaks_at},
@@ -69,9 +76,14 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                                                      {"DENSITIES", densities_at},
                                                      {"LIGHT_ROWS", light_rows_at},
                                                      {"LIGHT_ENTRIES", light_entries_at},
+                                                     {"LIGHT_CANDIDATES", light_candidates_at},
                                                      {"SHADOW_VIEWS", shadow_views_at},
                                                      {"SHADOW_MAPS", shadow_maps_at},
-                                                     {"CUMULATIVE", sums_at}};
+                                                     {"CUMULATIVE", sums_at},
+                                                     {"PROFILES", profiles_at},
+                                                     {"SCENE_DEPTH", scene_depth_at},
+                                                     {"PROFILE_SPANS", profile_spans_at},
+                                                     {"SPLAT_SUMS", splat_sums_at}};
   for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
   return all;
 }
@@ -90,10 +102,16 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(atlas_layers_at, pass.atlas_layers);
   bind_storage(atlas_views_at, pass.atlas_views);
   bind_storage(atlas_spans_at, pass.atlas_spans);
+  if (!pass.splat.empty()) {
+    bind_storage(profile_spans_at, pass.splat.spans);
+    bind_storage(splat_sums_at, pass.splat.sums);
+    glBindTextureUnit(profiles_at, pass.splat.profiles.id());
+  }
   bind_storage(sizes_at, pass.size_buffer);
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
   if (pass.densities.id()) bind_storage(densities_at, pass.densities);
+  if (pass.light_candidates.id()) bind_storage(light_candidates_at, pass.light_candidates);
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
@@ -110,25 +128,6 @@ GlBuffer upload_values(const char* what, const std::vector<float>& values) {
     throw std::runtime_error(fmt::format(
         "rain: {} need {} bytes; expected at most {} on this OpenGL", what, bytes, largest));
   return make_buffer(values);
-}
-
-// One long array, folded into layers: a storage buffer may be limited to 128 MB.
-GlTexture upload_sums(std::vector<float>& sums) {
-  constexpr std::size_t layer = std::size_t{sums_width} * sums_height;
-  const std::size_t layers = (sums.size() + layer - 1) / layer;
-  const auto rows = layers > 1 ? sums_height : (sums.size() + sums_width - 1) / sums_width;
-  sums.resize(layers * rows * sums_width);
-  GLuint id = 0;
-  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &id);
-  GlTexture texture(id);
-  glTextureStorage3D(id, 1, GL_R32F, sums_width, static_cast<GLsizei>(rows),
-                     static_cast<GLsizei>(layers));
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage3D(id, 0, 0, 0, 0, sums_width, static_cast<GLsizei>(rows),
-                      static_cast<GLsizei>(layers), GL_RED, GL_FLOAT, sums.data());
-  return texture;
 }
 
 GlVertexArray make_quads(GlBuffer& indices) {
@@ -172,12 +171,21 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   upload_uniforms(pass);
 }
 
-// Exclusive sums of the groups' counts, put back for the placing shader; returns the total.
-std::size_t sum_groups(const RainPass& pass) {
+struct StreakCounts {
+  std::size_t wide = 0, thin = 0;
+};
+
+// Exclusive sums of the groups' counts of wide streaks, put back for the placing shader.
+StreakCounts sum_groups(const RainPass& pass) {
   std::vector<GLuint> groups(pass.groups.size());
   const auto bytes = static_cast<GLsizeiptr>(groups.size() * sizeof(GLuint));
   glGetNamedBufferSubData(pass.group_starts.id(), 0, bytes, groups.data());
-  const std::size_t total = std::accumulate(groups.begin(), groups.end(), std::size_t{0});
+  StreakCounts total;
+  for (GLuint& group : groups) {  // thin ones are counted in the upper half (rain_splat.comp)
+    total.thin += group >> 16;
+    group &= 0xffffu;
+    total.wide += group;
+  }
   std::exclusive_scan(groups.begin(), groups.end(), groups.begin(), GLuint{0});
   glNamedBufferSubData(pass.group_starts.id(), 0, bytes, groups.data());
   return total;
@@ -209,6 +217,24 @@ void dispatch(const RainPass& pass, const ShaderProgram& program) {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
+// Draws the thin streaks too, where the pass has that.
+StreakCounts count_streaks(RainPass& pass) {
+  if (pass.splat.empty()) {
+    dispatch(pass, pass.count);
+    return sum_groups(pass);
+  }
+  glBindTextureUnit(scene_depth_at, pass.scene_depth_m);
+  dispatch(pass, pass.splat.program);
+  if (splat_overflowed(pass.splat)) {
+    // Once more with every streak as a quad, whose sums are floats.
+    pass.uniforms.splat.x = 0;
+    upload_uniforms(pass);
+    clear_splat(pass.splat);
+    dispatch(pass, pass.splat.program);
+  }
+  return sum_groups(pass);
+}
+
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
@@ -226,7 +252,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
   CumulativeAtlas cumulative = cumulative_atlas(
       atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
-  pass.sums = upload_sums(cumulative.sums);
+  pass.sums = make_folded_array(GL_R32F, GL_RED, 1, sums_width, sums_height, cumulative.sums);
   pass.sums_bytes = cumulative.sums.size() * sizeof(float);
   if (!scene.rain.density.share.empty())
     pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
@@ -243,13 +269,22 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     pass.taps = 4;
     pass.light_rows = make_buffer(gpu_light_rows(atlas));
     pass.light_entries = make_buffer(gpu_light_entries(atlas));
+  } else {
+    pass.light_candidates = make_buffer(light_candidates(light_vectors(atlas)));
   }
   pass.quads = make_quads(pass.quad_indices);
   pass.sum = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.coverage = make_texture(GL_R32F, surfaces.width, surfaces.height);
   pass.seen = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
-  pass.count = build_program({"rain_count.comp"}, defines(false, pass));
+  SplatUniforms splat;
+  pass.splat = make_rain_splat(scene, atlas, options, lit, sums_width, sums_height, splat);
+  pass.uniforms.splat = splat.splat, pass.uniforms.splat_levels = splat.levels;
+  pass.scene_depth_m = surfaces.depth_m.id();
+  if (pass.splat.empty())
+    pass.count = build_program({"rain_count.comp"}, defines(false, pass));
+  else
+    pass.splat.program = build_program({"rain_splat.comp"}, defines(!shadows.empty(), pass));
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
   pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
   return pass;
@@ -257,20 +292,20 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
 
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   pass.uniforms.sizes.w = 0;
+  pass.uniforms.splat.x = static_cast<float>(pass.splat.widest_px);
   upload_groups(pass, scene, shadows, time_s);
+  if (!pass.splat.empty()) clear_splat(pass.splat);
   if (pass.groups.empty()) return 0;
-  dispatch(pass, pass.count);
-  const std::size_t streaks = sum_groups(pass);
-  reserve_records(pass, streaks);
-  pass.uniforms.sizes.w = static_cast<int>(streaks);
-  upload_uniforms(pass);
-  if (streaks == 0) return 0;
   if (!shadows.empty()) {
     bind_storage(shadow_views_at, shadows.view_buffer);
     glBindTextureUnit(shadow_maps_at, shadows.maps.id());
   }
-  dispatch(pass, pass.place);
-  return static_cast<long>(streaks);
+  const StreakCounts streaks = count_streaks(pass);
+  reserve_records(pass, streaks.wide);
+  pass.uniforms.sizes.w = static_cast<int>(streaks.wide);
+  upload_uniforms(pass);
+  if (streaks.wide > 0) dispatch(pass, pass.place);
+  return static_cast<long>(streaks.wide + streaks.thin);
 }
 
 void draw_rain(const RainPass& pass) {
@@ -299,6 +334,7 @@ void draw_rain(const RainPass& pass) {
 PlannedPass plan_of(const RainPass& pass) {
   PlannedPass plan = {.name = "rain"};
   for (const ShaderProgram* program : {&pass.count, &pass.place, &pass.draw}) plan.add(*program);
+  plan_splat(pass.splat, plan);
   plan.add("uniforms", pass.uniform_buffer);
   plan.add("sizes", pass.size_buffer);
   plan.add("groups of drops", pass.group_buffer);
@@ -311,6 +347,7 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: lights", pass.atlas_lights);
   plan.add("atlas: rows of lights", pass.light_rows);
   plan.add("atlas: lights of rows", pass.light_entries);
+  plan.add("atlas: lights by direction", pass.light_candidates);
   plan.add("atlas: layers", pass.atlas_layers);
   plan.add("atlas: views", pass.atlas_views);
   plan.add("atlas: spans", pass.atlas_spans);

@@ -12,6 +12,7 @@
 #include "realtime/gl_objects.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
+#include "realtime/rain_splat.h"
 #include "realtime/scene_pass.h"
 #include "realtime/shadow_pass.h"
 #include "realtime/streak_record.h"
@@ -35,8 +36,11 @@ struct RainPass {
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
   GlBuffer light_rows = {}, light_entries = {};  // with eight taps
   GlBuffer quad_indices = {};
-  int taps = 1;       // lit records of a streak and light
-  int view_taps = 2;  // views that a streak mixes
+  GlBuffer light_candidates = {};  // with one
+  RainSplat splat = {};            // empty: every streak is a quad
+  GLuint scene_depth_m = 0;        // the surfaces'
+  int taps = 1;                    // lit records of a streak and light
+  int view_taps = 2;               // views that a streak mixes
   GlTexture sums = {};
   GlTexture sum = {};       // of all streaks: RGBA32F, weighted radiance and tau
   GlTexture coverage = {};  // R32F, weighted coverage
@@ -51,8 +55,9 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
                         const RenderOptions& options, const glm::vec4& environment,
                         const ScenePass& surfaces, const ShadowPass& shadows);
 
-// Fills the records for a shutter that opens at time_s, for scene.camera as it is now; returns how
-// many streaks are in view. Throws std::runtime_error for a time that local_space refuses.
+// Fills the records for a shutter that opens at time_s, for scene.camera as it is now, and adds up
+// thin streaks; returns how many streaks are in view. Throws std::runtime_error for a time that
+// local_space refuses.
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);
 
 // Adds the records up, those behind surfaces left out.

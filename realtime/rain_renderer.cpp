@@ -109,7 +109,7 @@ Frame RainRenderer::render(double time_s) {
   frame.rain =
       state.rain ? read_texture(state.rain->seen, width, height, 3) : make_image(width, height, 3);
   frame.rain_tau =
-      state.rain ? read_alpha(state.rain->sum, width, height) : make_image(width, height, 1);
+      state.rain ? read_alpha(state.rain->seen, width, height) : make_image(width, height, 1);
   frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
   state.context.check();
   return frame;

@@ -32,6 +32,9 @@ struct RenderOptions {
   // Finer levels are never read nor uploaded. Levels that no drop of the scene can need are left
   // out anyway. 0 .. the atlas's levels - 1.
   int finest_level = 0;
+  // Streaks whose cell is at most this wide on screen go into the picture without quads
+  // (realtime/shaders/rain_splat.comp). 0 .. 16; 0: none.
+  double widest_splat_px = 1;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
 };
@@ -76,8 +79,8 @@ class RainRenderer {
   // y, z per drop, in order of drop_field): for the test against raytrace/drop_field.h.
   std::vector<float> drop_centres_m(double time_s);
 
-  // What the GPU decides about every visible drop: for the tests against place_streak and
-  // choose_cells.
+  // What the GPU decides about every streak that is drawn as a quad: for the tests against
+  // place_streak and choose_cells.
   StreakRecords streak_records(double time_s);
 
   // Bytes of the cumulative sums on the GPU.

@@ -73,9 +73,8 @@ TEST(ConeClip, AHalfPlaneThroughTheAxisKeepsHalf) {
   const Cone cone = make_cone({0, 0, 1}, 0.1);
   for (double turn = 0; turn < 3; turn += 0.37) {
     const double c = std::cos(turn), s = std::sin(turn);
-    ConePolygon polygon =
-        polygon_of({corner(cone, 9 * c, 9 * s), corner(cone, -9 * c, -9 * s),
-                    corner(cone, 9 * s, -9 * c)});
+    ConePolygon polygon = polygon_of(
+        {corner(cone, 9 * c, 9 * s), corner(cone, -9 * c, -9 * s), corner(cone, 9 * s, -9 * c)});
     clip_to_cone(cone, polygon);
     EXPECT_NEAR(polygon_flux(polygon).area / (pi * std::pow(std::tan(0.1), 2)), 0.5, 1e-12) << turn;
   }
@@ -87,7 +86,8 @@ TEST(ConeClip, TrianglesInsideStayAsTheyAreAndOutsideVanish) {
   clip_to_cone(cone, inside);
   EXPECT_EQ(inside.count, 3);
   EXPECT_DOUBLE_EQ(polygon_flux(inside).area, 0.005);
-  ConePolygon outside = polygon_of({corner(cone, 0.3, 0), corner(cone, 0.3, 1), corner(cone, 1, 0)});
+  ConePolygon outside =
+      polygon_of({corner(cone, 0.3, 0), corner(cone, 0.3, 1), corner(cone, 1, 0)});
   clip_to_cone(cone, outside);
   EXPECT_EQ(polygon_flux(outside).area, 0);
   EXPECT_EQ(polygon_flux(outside).throughput, 0);  // not 0 / 0
@@ -128,9 +128,9 @@ TEST(ConeClip, RandomTrianglesKeepWhatRandomPointsFind) {
   Random random(1);
   int compared = 0;
   for (int i = 0; i < 60; ++i) {
-    const ConePolygon triangle = polygon_of(
-        {random_corner(random, cone, 0.5), random_corner(random, cone, 0.5),
-         random_corner(random, cone, 0.5)});
+    const ConePolygon triangle =
+        polygon_of({random_corner(random, cone, 0.5), random_corner(random, cone, 0.5),
+                    random_corner(random, cone, 0.5)});
     ConePolygon clipped = triangle;
     clip_to_cone(cone, clipped);
     const Sampled expected = sampled_amount(cone, triangle, random, 100000);
@@ -166,9 +166,8 @@ TEST(ConeClip, CutPolygonsFitTheirRoomAlsoWhenTheyAreSlivers) {
   Random random(3);
   const Cone cone = make_cone({0, 0, 1}, 0.3);
   for (int i = 0; i < 20000; ++i) {
-    std::vector<ConeVertex> corners = {random_corner(random, cone, 0.6),
-                                       random_corner(random, cone, 0.6),
-                                       {}};
+    std::vector<ConeVertex> corners = {
+        random_corner(random, cone, 0.6), random_corner(random, cone, 0.6), {}};
     const double t = uniform(random, -1, 2), off = i % 2 == 0 ? 0 : 1e-16;
     corners[2] = corners[0];
     corners[2].dx += t * (corners[1].dx - corners[0].dx) + off;
@@ -187,9 +186,9 @@ TEST(ConeClip, CutPolygonsFitTheirRoomAlsoWhenTheyAreSlivers) {
 }
 
 TEST(ConeClip, CornersFarOffTheAxisAndBehindItAreClippedAsWell) {
-  // A great triangle around the axis, its corners 60 to 120 degrees away: its picture is the plane in
-  // which directions are linear, so that what is left is what random points of it find. 4 standard
-  // deviations of 10^6 points, and the rim as above.
+  // A great triangle around the axis, its corners 60 to 120 degrees away: its picture is the plane
+  // in which directions are linear, so that what is left is what random points of it find. 4
+  // standard deviations of 10^6 points, and the rim as above.
   Random random(4);
   for (const double angle : {1.0, 1.5, 2.1}) {
     const Cone cone = make_cone({0, 0, 1}, 0.3);
@@ -220,8 +219,9 @@ TEST(ConeClip, OnlyWhatFacesTheCameraIsKept) {
 }
 
 TEST(ConeClip, LightFadesToNothingWhereReflectionIsTotal) {
-  // Margin falls from 1 to -1 along a unit right triangle's legs, throughput from 1 to 0 (dark behind
-  // the edge): half of each leg stays, and the two new corners are dark: a third of 1 in the mean.
+  // Margin falls from 1 to -1 along a unit right triangle's legs, throughput from 1 to 0 (dark
+  // behind the edge): half of each leg stays, and the two new corners are dark: a third of 1 in the
+  // mean.
   std::vector<ConeVertex> corners = {vertex({0, 0, 1}, 0, 0, 1), vertex({0, 0, 1}, 1, 0, 0),
                                      vertex({0, 0, 1}, 0, 1, 0)};
   corners[1].margin = corners[2].margin = -1;

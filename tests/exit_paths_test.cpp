@@ -47,20 +47,19 @@ Traced trace_sphere(double impact, const PathOptions& options) {
 }
 
 TEST(ExitPaths, TheMapGoesOnPastTheOutline) {
-  // Along the equator through the outline, at equal steps h = 2e-3 of the direction from the centre.
-  // Reflection goes on smoothly: its fourth difference is h^4 f'''', below 2e-7 for derivatives up
-  // to 1e4. Refracted light leaves a circle as it entered, grazing: its directions have a kink
-  // there, but no step (slopes are of order 1: 10 h), and its light fades to zero and counts
-  // negative behind.
+  // Along the equator through the outline, at equal steps h = 2e-3 of the direction from the
+  // centre. Reflection goes on smoothly: its fourth difference is h^4 f'''', below 2e-7 for
+  // derivatives up to 1e4. Refracted light leaves a circle as it entered, grazing: its directions
+  // have a kink there, but no step (slopes are of order 1: 10 h), and its light fades to zero and
+  // counts negative behind.
   const DropInstant drop = frozen_drop({{.n = 2, .amplitude = 0.1}});
   const double step = 2e-3;
   const auto exits_at = [&](double angle) {
     const Eigen::Vector3d u = {std::cos(angle), std::sin(angle), 0};
     std::vector<PathExit> exits;
     trace_exits(drop, surface_radius_m(drop, u) * u, surface_normal(drop, u), {1, 0, 0}, {}, exits);
-    std::sort(exits.begin(), exits.end(), [](const PathExit& a, const PathExit& b) {
-      return a.signature < b.signature;
-    });
+    std::sort(exits.begin(), exits.end(),
+              [](const PathExit& a, const PathExit& b) { return a.signature < b.signature; });
     return exits;
   };
   std::array<std::vector<PathExit>, 5> line;
@@ -70,7 +69,7 @@ TEST(ExitPaths, TheMapGoesOnPastTheOutline) {
   }
   for (std::size_t e = 0; e < 4; ++e) {
     EXPECT_LT((line[4][e].direction - line[3][e].direction).norm(), 10 * step) << "exit " << e;
-    EXPECT_EQ(line[4][e].throughput < 0, line[0][e].order > 0);
+    EXPECT_EQ(line[4][e].throughput<0, line[0][e].order> 0);
     if (line[0][e].order > 0) {
       EXPECT_LT(std::abs(line[4][e].throughput), 10 * step);
       continue;

@@ -62,7 +62,7 @@ TEST(LightSlices, AreAsManyAsTheMotionAsksForAndAtMostTheSpansShare) {
   EXPECT_EQ(cut.slices(cell, {}, 1).size(), 1u);
   EXPECT_EQ(cut.slices(cell, {.direction = 6.5 * step}, 1).size(), 7u);
   EXPECT_EQ(cut.slices(cell, {.direction = 6.5 * step}, 0.1).size(), 1u);  // a tenth as important
-  EXPECT_EQ(cut.slices(cell, {.picture_px = 2.2}, 1).size(), 5u);  // half a pixel each
+  EXPECT_EQ(cut.slices(cell, {.picture_px = 2.2}, 1).size(), 5u);          // half a pixel each
   EXPECT_EQ(cut.slices(cell, {.direction = 1e9}, 1).size(), 100u);
   FieldCell half;
   half.last = 0.5;

@@ -44,10 +44,10 @@ TEST(PhysicalDatabase, TransferHasAllBands) {
   preset.transfer_degree = 1;
   EXPECT_EQ(generate_database(preset, folder / "db").traced, 1);
   const Manifest manifest = read_manifest(folder / "db");
-  EXPECT_THAT(manifest.shards.at(0).images,
-              testing::ElementsAre("light_v+10_h170", "light_v+10_h090", "light_v+90_h170",
-                                   "transfer_00", "transfer_01", "transfer_02", "transfer_03",
-                                   "coverage"));
+  EXPECT_THAT(
+      manifest.shards.at(0).images,
+      testing::ElementsAre("light_v+10_h170", "light_v+10_h090", "light_v+90_h170", "transfer_00",
+                           "transfer_01", "transfer_02", "transfer_03", "coverage"));
   const Shard shard = read_shard(folder / "db/" + manifest.shards[0].file);
   const auto count = static_cast<std::size_t>(shard.width_px * shard.height_px);
   for (const StreakImage& image : shard.transfer) EXPECT_EQ(image.mean.size(), 2 * count);

@@ -72,15 +72,15 @@ TEST(RainComposite, HoldsWhereStreaksHideEachOther) {
   struct Density {
     double drops, r0_m, bound;
   };
-  // The bounds hold the atlas's own error (0.002), and the mean field's: which streak hides which
-  // is known in the mean alone, an error that grows with the depth.
+  // The bounds hold the error of thin streaks (0.007; realtime_splat_test), and the mean field's:
+  // which streak hides which is known in the mean alone, an error that grows with the depth.
   for (const Density& density :
-       {Density{3000, 1.6e-3, 0.003}, {20000, 6.4e-3, 0.04}, {40000, 1e-2, 0.06}}) {
+       {Density{3000, 1.6e-3, 0.01}, {20000, 6.4e-3, 0.04}, {40000, 1e-2, 0.06}}) {
     Scene scene = rainy_scene(density.drops);
     scene.rain.sizes[0].r0_m = density.r0_m;
     const Errors errors = errors_of(scene, atlas);
     EXPECT_LT(errors.composite, density.bound) << "mean tau " << errors.mean_tau;
-    EXPECT_LT(2.5 * errors.composite, errors.plain + 0.01) << "mean tau " << errors.mean_tau;
+    EXPECT_LT(2.5 * errors.composite, errors.plain + 0.015) << "mean tau " << errors.mean_tau;
   }
 }
 

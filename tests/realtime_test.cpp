@@ -25,6 +25,9 @@ constexpr double degree = std::numbers::pi / 180;
 // Packets of the whole world: every drop of the field is looked at.
 constexpr RenderOptions no_selection = {.packets = {.scheme = PacketScheme::world}};
 
+// Thin streaks have no records.
+constexpr RenderOptions all_quads = {.widest_splat_px = 0};
+
 TEST(RainRenderer, DropsAreWhereTheDropFieldSaysAlsoAfterADay) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(5000);
@@ -115,7 +118,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas, Scene scene)
     SCOPED_TRACE(view.name);
     scene.camera.position_m = view.position_m;
     scene.camera.target_m = view.target_m;
-    RainRenderer renderer(scene, atlas);
+    RainRenderer renderer(scene, atlas, all_quads);
     const StreakRecords records = renderer.streak_records(1.25);
     std::size_t next = 0, skipped = 0;
     for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
@@ -166,7 +169,7 @@ TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(20000);
   const StreakAtlas& atlas = quarter_atlas();
-  RainRenderer renderer(scene, atlas, {.lookup = LookupMode::trilinear});
+  RainRenderer renderer(scene, atlas, {.widest_splat_px = 0, .lookup = LookupMode::trilinear});
   const StreakRecords records = renderer.streak_records(1.25);
   ASSERT_EQ(records.lit.size(), 8 * records.streaks.size());
   const auto rows = light_rows(atlas);
@@ -211,7 +214,8 @@ TEST(RainRenderer, TheNearestLookupTakesOneView) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(5000);
   scene.camera.target_m = {1, 5, 4};
-  RainRenderer renderer(scene, quarter_atlas(), {.lookup = LookupMode::nearest});
+  RainRenderer renderer(scene, quarter_atlas(),
+                        {.widest_splat_px = 0, .lookup = LookupMode::nearest});
   for (const StreakRecord& record : renderer.streak_records(1.25).streaks) {
     const int nearest = static_cast<int>(
         std::lround(std::abs(static_cast<double>(record.view_elevation_deg)) / 20));
@@ -235,7 +239,7 @@ TEST(RainRenderer, ViewsFromBelowAreTheAtlassOwnWhereItHasThem) {
 TEST(RainRenderer, EveryDropThatMeetsThePictureHasARecord) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(20000);
-  RainRenderer renderer(scene, quarter_atlas());
+  RainRenderer renderer(scene, quarter_atlas(), all_quads);
   // A drop counts when its path's middle is in the picture.
   std::size_t inside = 0;
   for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 0.5)) {
@@ -346,7 +350,7 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
   scene.lights = {{"lamp", {0.2, 8, 2.5}, {900, 700, 400}}, spot, sun};
   const auto lit_records = [&](bool shadow) {
     for (Light& light : scene.lights) light.shadow = shadow;
-    RainRenderer renderer(scene, quarter_atlas());
+    RainRenderer renderer(scene, quarter_atlas(), all_quads);
     return renderer.streak_records(1.25);
   };
   const StreakRecords open = lit_records(false), shaded = lit_records(true);

@@ -130,7 +130,8 @@ TEST(StreakDatabase, TransferIsReadBackAsItWasWritten) {
     write_shard(folder / shard_file, shard);
     const Shard again = read_shard(folder / shard_file);
     ASSERT_EQ(again.transfer.size(), 4u);
-    for (std::size_t k = 0; k < 4; ++k) expect_equal(again.transfer[k], shard.transfer[k], "transfer");
+    for (std::size_t k = 0; k < 4; ++k)
+      expect_equal(again.transfer[k], shard.transfer[k], "transfer");
     expect_equal(again.env, shard.env, "env");
     EXPECT_EQ(again.lights, shard.lights);
   }
@@ -172,9 +173,10 @@ TEST(StreakDatabase, TransferThatIsNotWholeIsRefused) {
               HasSubstr("part transfer_01: out of place; expected transfer_00"));
   EXPECT_THAT(unreadable([](auto& parts) { parts[4].name = "Transfer_00"; }),
               HasSubstr("part transfer_01: out of place; expected transfer_00"));
-  EXPECT_THAT(unreadable([](auto& parts) { parts[0].name = "transfer_04"; }),
-              HasSubstr("part transfer_04: name unknown or out of place; expected light_vSEE_hAAA .., "
-                        "env, transfer_NN .., coverage"));
+  EXPECT_THAT(
+      unreadable([](auto& parts) { parts[0].name = "transfer_04"; }),
+      HasSubstr("part transfer_04: name unknown or out of place; expected light_vSEE_hAAA .., "
+                "env, transfer_NN .., coverage"));
 }
 
 TEST(StreakDatabase, BytesOfAShardDependOnTheShardAlone) {

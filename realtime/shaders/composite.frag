@@ -11,7 +11,13 @@ layout(binding = SCENE_COLOR) uniform sampler2D scene_color;
 #if WITH_RAIN
 layout(binding = RAIN) uniform sampler2D rain_sum;
 layout(binding = COVERAGE) uniform sampler2D coverage_sum;
-layout(location = 2) out vec4 rain;
+layout(location = 2) out vec4 rain;  // a: tau of all streaks
+#endif
+#if WITH_SPLAT
+layout(std430, binding = SPLAT_SUMS) readonly buffer SplatSums {
+  uint splat_overflow;
+  int splat_sums[];  // rain_splat.comp
+};
 #endif
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 background;
@@ -28,13 +34,19 @@ void main() {
 #if WITH_RAIN
   vec4 streaks = texelFetch(rain_sum, px, 0);
   float coverage = texelFetch(coverage_sum, px, 0).r;
-  rain = vec4(0, 0, 0, 1);
+#if WITH_SPLAT
+  int first = 5 * (px.y * textureSize(rain_sum, 0).x + px.x);
+  streaks.rgb += RADIANCE_QUANTUM * vec3(splat_sums[first], splat_sums[first + 1], splat_sums[first + 2]);
+  streaks.a += SHARE_QUANTUM * float(splat_sums[first + 3]);
+  coverage += SHARE_QUANTUM * float(splat_sums[first + 4]);
+#endif
+  rain = vec4(0);
   // A dry pixel keeps its bits.
   float tau = streaks.a;
   if (coverage > 0.0) {
     // 1 - exp(-tau) without its cancellation.
     float hidden = tau < 0.01 ? tau * (1.0 - tau * (0.5 - tau / 6.0)) : 1.0 - exp(-tau);
-    rain = vec4(streaks.rgb * (hidden / coverage), 1);
+    rain = vec4(streaks.rgb * (hidden / coverage), tau);
     color = vec4((1.0 - hidden) * background.rgb + rain.rgb, 1);
   }
 #endif

@@ -7,7 +7,7 @@
 //   (area of strip and pixel) x (mean of the column between the rows where its centre line crosses)
 // and the mean is the difference of two cumulative sums: exact for any stretch of the rows, and no
 // tap ever leaves its cell.
-#include "rain_uniforms.glsl"
+#include "rain_picture.glsl"
 #include "rain_streaks.glsl"
 
 layout(std430, binding = STREAKS) readonly buffer Streaks { Streak streaks[]; };
@@ -30,13 +30,6 @@ float half_plane_area(float d, float a, float b) {
   float rest = max(reach - abs(d), 0.0);
   float corner = rest * rest / max(2.0 * a * b, 1e-20);
   return d > 0.0 ? 1.0 - corner : corner;
-}
-
-// raytrace/streak_placement.h
-float cell_row(float row, float path_rows, float cell_path_rows) {
-  if (row <= cell.x) return row;
-  if (row >= cell.x + path_rows) return row - path_rows + cell_path_rows;
-  return cell.x + (row - cell.x) / path_rows * cell_path_rows;
 }
 
 float cumulative(int i) {
@@ -146,15 +139,6 @@ vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float 
   return per_row * sum;
 }
 
-// -log(1 - c), c the share of pixel and exposure that is covered. c = 1 would be a drop that stands
-// still before the whole pixel; 14 optical depths hide the background as well as infinity does.
-const float most_coverage = 1.0 - 1e-6;
-
-float optical_depth(float c) {
-  if (c < 0.03) return c * (1.0 + c * (0.5 + c * (1.0 / 3.0 + c * 0.25)));  // 1 - c would round c
-  return -log(1.0 - min(c, most_coverage));
-}
-
 void main() {
   Streak streak = streaks[streak_index];
   vec2 offset = gl_FragCoord.xy - streak.origin_px;
@@ -174,8 +158,7 @@ void main() {
   }
   // Added up by the blender in the order of the streaks: GL keeps the order of primitives within a
   // pixel, so float sums come out the same whatever the number of threads.
-  // See composite.frag; never 0, or a pixel of very dense rain would count as dry.
-  float weight = max(exp(-air.y * max(streak.depth_m - air.z, 0.0)), 1e-20);
+  float weight = mean_field_weight(streak.depth_m);
   sum.a = max(sum.a, 0.0);  // differences of sums may round below
   radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a));
   weighted_coverage = weight * min(sum.a, most_coverage);

@@ -103,3 +103,11 @@ bool in_picture(Placement placed) {
   return all(greaterThan(high, vec2(0))) &&
          all(lessThan(low, vec2(camera_up.w, camera_forward.w)));
 }
+
+// Whether rain_splat.comp draws it. Nothing is where the scene has no such pass: splat is 0 then.
+bool is_thin(Placement placed) {
+  float row_px = length(placed.row_px);
+  float twist = placed.column_px.x * placed.row_px.y - placed.column_px.y * placed.row_px.x;
+  return abs(twist) / row_px * cell.y <= splat.x &&
+         row_px * end_row(placed.path_rows, placed.clip_row) <= splat.y;
+}

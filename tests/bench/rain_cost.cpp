@@ -2,10 +2,8 @@
 // one machine, so that its rows may be compared with each other and with nothing else.
 //   rain_cost [--frames 3] [--most-drops 100000]
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <exception>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -13,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "realtime/rain_renderer.h"
+#include "tests/bench/far_rain.h"
 #include "tests/synthetic_atlas.h"
 
 namespace pluvia {
@@ -22,29 +21,6 @@ struct CostFlags {
   int frames = 3;
   double most_drops = 1e5;
 };
-
-// Far drops, 12 to 40 m away, all of them in a box that the picture holds.
-Scene far_rain(double drops, int lights) {
-  Scene scene;
-  scene.camera.width_px = 1280;
-  scene.camera.height_px = 720;
-  scene.camera.position_m = {0, 0, 8};
-  scene.camera.target_m = {0, 10, 8};
-  scene.camera.vertical_fov_deg = 50;
-  scene.environment.uniform_cd_m2 = {0.5, 0.6, 0.8};
-  scene.rain.box_min_m = {-9, 12, 3};
-  scene.rain.box_max_m = {9, 40, 13};
-  scene.rain.sizes = {{.drops_per_m3 = drops / (18 * 28 * 10)}};
-  scene.rain.culling_radius_m = 45;
-  scene.rain.local_height_m = 10;
-  for (int i = 0; i < lights; ++i) {
-    const double turn = 2 * std::numbers::pi * i / 6;
-    scene.lights.push_back({fmt::format("lamp {}", i),
-                            {9 * std::cos(turn), 26 + 15 * std::sin(turn), 9},
-                            {900, 700, 400}});
-  }
-  return scene;
-}
 
 struct Cost {
   double wall_s = 0, cpu_s = 0, frame_s = 0;

@@ -1,0 +1,66 @@
+#include "realtime/rain_splat.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "realtime/streak_profiles.h"
+
+namespace pluvia {
+namespace {
+
+// The finest level in which a bin of the widest streak is at most half a pixel long: rows of a cell
+// are as far apart as its columns.
+int finest_profile(const StreakAtlas& atlas, double widest_px) {
+  const double row_px = widest_px / atlas.cell_width_px;
+  return std::max(0, static_cast<int>(std::floor(std::log2(0.125 / row_px))));
+}
+
+}  // namespace
+
+RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
+                          const RenderOptions& options, bool environment, int layer_width,
+                          int layer_height, SplatUniforms& uniforms) {
+  if (!(options.widest_splat_px >= 0 && options.widest_splat_px <= 16))
+    throw std::runtime_error(
+        fmt::format("widest_splat_px = {}; expected 0 .. 16", options.widest_splat_px));
+  if (options.widest_splat_px == 0) return {};
+  StreakProfiles profiles =
+      streak_profiles(atlas, finest_profile(atlas, options.widest_splat_px), environment);
+  RainSplat splat;
+  splat.width = scene.camera.width_px, splat.height = scene.camera.height_px;
+  splat.widest_px = options.widest_splat_px;
+  splat.radiance_quantum_cd_m2 = scene.camera.white_cd_m2 / quanta_of_white;
+  splat.profiles =
+      make_folded_array(GL_RGBA32F, GL_RGBA, 4, layer_width, layer_height, profiles.values);
+  splat.spans = make_buffer(profiles.spans);
+  const auto pixels =
+      static_cast<std::size_t>(splat.width) * static_cast<std::size_t>(splat.height);
+  splat.sums = make_buffer(nullptr, (1 + 5 * pixels) * sizeof(GLint));
+  uniforms.splat = {options.widest_splat_px, longest_splat_px, 1 / splat.radiance_quantum_cd_m2,
+                    quanta_of_share};
+  uniforms.levels = {profiles.first, profiles.levels, 0, 0};
+  return splat;
+}
+
+void clear_splat(const RainSplat& splat) {
+  glClearNamedBufferData(splat.sums.id(), GL_R32I, GL_RED_INTEGER, GL_INT, nullptr);
+}
+
+bool splat_overflowed(const RainSplat& splat) {
+  GLuint flag = 0;
+  glGetNamedBufferSubData(splat.sums.id(), 0, sizeof(flag), &flag);
+  return flag != 0;
+}
+
+void plan_splat(const RainSplat& splat, PlannedPass& plan) {
+  if (splat.empty()) return;
+  plan.add(splat.program);
+  plan.add("thin streaks: profiles", splat.profiles);
+  plan.add("thin streaks: spans", splat.spans);
+  plan.add("thin streaks: sums", splat.sums);
+}
+
+}  // namespace pluvia

@@ -1,0 +1,54 @@
+// Thin streaks without quads or fragments (realtime/shaders/rain_splat.comp): what the rain pass
+// keeps for them. Nothing is made where RenderOptions asks for none.
+#pragma once
+
+#include <glm/vec4.hpp>
+
+#include "atlas/streak_atlas.h"
+#include "raytrace/scene.h"
+#include "realtime/frame_plan.h"
+#include "realtime/gl_objects.h"
+#include "realtime/rain_renderer.h"
+#include "realtime/shader.h"
+
+namespace pluvia {
+
+// A longer path is drawn as a quad: no thread walks on when all others of its group are done.
+constexpr double longest_splat_px = 64;
+constexpr int splat_steps =
+    160;                         // borders of pixels that a walk may pass: sqrt(2) 64, and the ends
+constexpr int splat_lights = 8;  // walked together
+// Quanta of the sums. 2^30 of them are the most that a pixel takes: 16384 times what a PNG shows as
+// white, and optical depth 256.
+constexpr double quanta_of_white = 1 << 16, quanta_of_share = 1 << 22;
+
+struct RainSplat {
+  int width = 0, height = 0;
+  double widest_px = 0;
+  double radiance_quantum_cd_m2 = 0;
+  GlTexture profiles = {};
+  GlBuffer spans = {}, sums = {};
+  ShaderProgram program = {};
+
+  bool empty() const { return sums.id() == 0; }
+};
+
+struct SplatUniforms {  // of RainUniforms
+  glm::vec4 splat = {};
+  glm::ivec4 levels = {};
+};
+
+// layer_width, layer_height: of the array that the profiles are folded into. The program comes from
+// the rain pass. Throws std::runtime_error for options out of range.
+RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
+                          const RenderOptions& options, bool environment, int layer_width,
+                          int layer_height, SplatUniforms& uniforms);
+
+void clear_splat(const RainSplat& splat);
+
+// Whether a sum or a value was beyond what integers hold.
+bool splat_overflowed(const RainSplat& splat);
+
+void plan_splat(const RainSplat& splat, PlannedPass& plan);
+
+}  // namespace pluvia
