@@ -1,7 +1,8 @@
-// An OpenGL 4.5 core context without a window or a display server: EGL, surfaceless platform; the
-// first EGL device where that platform is missing.
+// An OpenGL 4.5 core context: one without a window or a display server (EGL, surfaceless platform;
+// the first EGL device where that platform is missing), or a window's own.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,11 @@ class GlContext {
   // Current on this thread afterwards. Throws std::runtime_error "OpenGL: what was found; what is
   // expected" when there is no EGL or no OpenGL 4.5 core.
   GlContext();
+
+  // The context that make_current makes current: a window's, which stays its owner and must outlive
+  // this. Throws as above when it is older than 4.5.
+  explicit GlContext(std::function<void()> make_current);
+
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
@@ -31,5 +37,8 @@ class GlContext {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// Version and renderer of the context that is current: for messages.
+std::string opengl_version();
 
 }  // namespace pluvia

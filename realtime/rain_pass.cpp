@@ -4,10 +4,10 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "realtime/cumulative_atlas.h"
 #include "realtime/light_candidates.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
@@ -19,7 +19,6 @@ namespace {
 constexpr int group_size = 256;           // drops of a compute group
 constexpr GLuint groups_per_row = 32768;  // of a dispatch: 65535 is all that is promised
 constexpr int quads_per_instance = 1024;  // few instances: each costs a set-up, whatever it draws
-constexpr int sums_width = 4096, sums_height = 1024;  // a layer of sums: 16 MB
 
 enum Binding : GLuint {
   uniforms_at,
@@ -101,7 +100,7 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(atlas_lights_at, pass.atlas_lights);
   bind_storage(atlas_layers_at, pass.atlas_layers);
   bind_storage(atlas_views_at, pass.atlas_views);
-  bind_storage(atlas_spans_at, pass.atlas_spans);
+  bind_storage(atlas_spans_at, pass.atlas->spans);
   if (!pass.splat.empty()) {
     bind_storage(profile_spans_at, pass.splat.spans);
     bind_storage(splat_sums_at, pass.splat.sums);
@@ -116,7 +115,7 @@ void bind_inputs(const RainPass& pass) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
   }
-  glBindTextureUnit(sums_at, pass.sums.id());
+  glBindTextureUnit(sums_at, pass.atlas->sums.id());
 }
 
 // A shader sees no more of a buffer than this OpenGL promises.
@@ -239,7 +238,8 @@ StreakCounts count_streaks(RainPass& pass) {
 
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
                         const RenderOptions& options, const glm::vec4& environment,
-                        const ScenePass& surfaces, const ShadowPass& shadows) {
+                        const ScenePass& surfaces, const ShadowPass& shadows,
+                        std::shared_ptr<const GpuAtlas> kept) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
@@ -250,10 +250,9 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   // w tells the shader whether there is anything to look up.
   const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
-  CumulativeAtlas cumulative = cumulative_atlas(
-      atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit);
-  pass.sums = make_folded_array(GL_R32F, GL_RED, 1, sums_width, sums_height, cumulative.sums);
-  pass.sums_bytes = cumulative.sums.size() * sizeof(float);
+  pass.atlas =
+      upload_atlas(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit,
+                   std::move(kept));
   if (!scene.rain.density.share.empty())
     pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
   pass.top_heights = upload_values("top heights", gpu_top_heights(space));
@@ -263,7 +262,6 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
   pass.atlas_views = make_buffer(atlas_views(atlas));
-  pass.atlas_spans = make_buffer(cumulative.spans);
   pass.view_taps = options.lookup == LookupMode::nearest ? 1 : 2;
   if (options.lookup == LookupMode::trilinear) {
     pass.taps = 4;
@@ -350,8 +348,8 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: lights by direction", pass.light_candidates);
   plan.add("atlas: layers", pass.atlas_layers);
   plan.add("atlas: views", pass.atlas_views);
-  plan.add("atlas: spans", pass.atlas_spans);
-  plan.add("atlas: sums", pass.sums);
+  plan.add("atlas: spans", pass.atlas->spans);
+  plan.add("atlas: sums", pass.atlas->sums);
   plan.add("quads", pass.quad_indices);
   plan.add("sum of streaks", pass.sum);
   plan.add("sum of coverage", pass.coverage);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "atlas/streak_atlas.h"
@@ -10,6 +11,7 @@
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 #include "realtime/gl_objects.h"
+#include "realtime/gpu_atlas.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/rain_splat.h"
@@ -27,13 +29,13 @@ struct RainPass {
   RainUniforms uniforms = {};
   std::vector<GpuRainSize> sizes = {};
   std::vector<GpuDropGroup> groups = {};
-  std::size_t sums_bytes = 0;
+  std::shared_ptr<const GpuAtlas> atlas = {};
   std::size_t capacity = 0;        // streaks that the record buffers hold
   std::size_t group_capacity = 0;  // groups that their buffers hold
   GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {},
            densities = {};
   GlBuffer group_starts = {}, streaks = {}, lit_streaks = {};
-  GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {}, atlas_spans = {};
+  GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {};
   GlBuffer light_rows = {}, light_entries = {};  // with eight taps
   GlBuffer quad_indices = {};
   GlBuffer light_candidates = {};  // with one
@@ -41,19 +43,20 @@ struct RainPass {
   GLuint scene_depth_m = 0;        // the surfaces'
   int taps = 1;                    // lit records of a streak and light
   int view_taps = 2;               // views that a streak mixes
-  GlTexture sums = {};
-  GlTexture sum = {};       // of all streaks: RGBA32F, weighted radiance and tau
-  GlTexture coverage = {};  // R32F, weighted coverage
-  GlTexture seen = {};      // RGBA32F: what they add to the picture (realtime/composite_pass.h)
+  GlTexture sum = {};              // of all streaks: RGBA32F, weighted radiance and tau
+  GlTexture coverage = {};         // R32F, weighted coverage
+  GlTexture seen = {};  // RGBA32F: what they add to the picture (realtime/composite_pass.h)
   GlFramebuffer target = {};
   GlVertexArray quads = {};
   ShaderProgram count = {}, place = {}, draw = {}, centres = {};
 };
 
-// Throws std::runtime_error when scene and atlas do not agree or do not fit this OpenGL.
+// kept: of an earlier pass of the same atlas (realtime/gpu_atlas.h). Throws std::runtime_error when
+// scene and atlas do not agree or do not fit this OpenGL.
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
                         const RenderOptions& options, const glm::vec4& environment,
-                        const ScenePass& surfaces, const ShadowPass& shadows);
+                        const ScenePass& surfaces, const ShadowPass& shadows,
+                        std::shared_ptr<const GpuAtlas> kept = nullptr);
 
 // Fills the records for a shutter that opens at time_s, for scene.camera as it is now, and adds up
 // thin streaks; returns how many streaks are in view. Throws std::runtime_error for a time that

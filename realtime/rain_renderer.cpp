@@ -3,6 +3,7 @@
 #include <chrono>
 #include <ctime>
 #include <optional>
+#include <utility>
 
 #include "atlas/image_io.h"
 #include "realtime/composite_pass.h"
@@ -34,8 +35,8 @@ class Stopwatch {
 }  // namespace
 
 struct RainRenderer::State {
-  GlContext context = {};  // first: the objects below need it until they are gone
-  Scene scene = {};        // without its surfaces; the camera is the last frame's
+  std::shared_ptr<GlContext> context = {};  // first: the objects below need it until they are gone
+  Scene scene = {};                         // without its surfaces; the camera is the last frame's
   ScenePass surfaces = {};
   ShadowPass shadows = {};
   RainSpace space = {};
@@ -43,14 +44,17 @@ struct RainRenderer::State {
   std::optional<FogPass> fog = {};    // nothing: a scene without [fog]
   CompositePass composite = {};
 
-  void use() { context.make_current(); }
+  void use() { context->make_current(); }
   void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
 };
 
-RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
-                           const RenderOptions& options)
-    : state_(std::make_unique<State>()) {
-  State& state = *state_;
+std::unique_ptr<RainRenderer::State> RainRenderer::make_state(
+    std::shared_ptr<GlContext> context, const Scene& scene, const StreakAtlas& atlas,
+    const RenderOptions& options, std::shared_ptr<const GpuAtlas> kept) {
+  auto made = std::make_unique<State>();
+  State& state = *made;
+  state.context = std::move(context);
+  state.use();
   state.scene = {.camera = scene.camera,
                  .camera_path = scene.camera_path,
                  .lights = scene.lights,
@@ -70,19 +74,61 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces,
-                                state.shadows);
+                                state.shadows, std::move(kept));
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
                                         state.rain ? &*state.rain : nullptr);
-  state.context.check();
+  state.context->check();
+  return made;
 }
+
+RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
+                           const RenderOptions& options)
+    : RainRenderer(std::make_shared<GlContext>(), scene, atlas, options) {}
+
+RainRenderer::RainRenderer(std::shared_ptr<GlContext> context, const Scene& scene,
+                           const StreakAtlas& atlas, const RenderOptions& options)
+    : state_(make_state(std::move(context), scene, atlas, options, nullptr)) {}
 
 RainRenderer::~RainRenderer() {
   state_->use();
 }
 
+void RainRenderer::remake(const Scene& scene, const StreakAtlas& atlas,
+                          const RenderOptions& options) {
+  const std::shared_ptr<const GpuAtlas> kept = state_->rain ? state_->rain->atlas : nullptr;
+  state_ = make_state(state_->context, scene, atlas, options, kept);
+}
+
+void RainRenderer::look_through(const Camera& camera) {
+  state_->scene.camera = camera;
+  state_->scene.camera_path.clear();
+}
+
+void RainRenderer::set_lights(const std::vector<Light>& lights) {
+  state_->scene.lights = lights;
+}
+
+const RainSpace& RainRenderer::rain_space() const {
+  return state_->space;
+}
+
+const RainPackets* RainRenderer::rain_packets() const {
+  return state_->rain ? &state_->rain->packets : nullptr;
+}
+
+const GlTexture& RainRenderer::picture() const {
+  return state_->composite.color;
+}
+
 Frame RainRenderer::render(double time_s) {
+  Frame frame = draw(time_s);
+  read(frame);
+  return frame;
+}
+
+Frame RainRenderer::draw(double time_s) {
   State& state = *state_;
   state.use();
   Frame frame;
@@ -103,6 +149,13 @@ Frame RainRenderer::render(double time_s) {
   }
   draw_composite(state.composite, state.surfaces, state.rain ? &*state.rain : nullptr);
   watch.lap("composite", "", frame.costs);
+  state.context->check();
+  return frame;
+}
+
+void RainRenderer::read(Frame& frame) {
+  State& state = *state_;
+  state.use();
   const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
@@ -111,8 +164,7 @@ Frame RainRenderer::render(double time_s) {
   frame.rain_tau =
       state.rain ? read_alpha(state.rain->seen, width, height) : make_image(width, height, 1);
   frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
-  state.context.check();
-  return frame;
+  state.context->check();
 }
 
 FramePlan RainRenderer::plan() {
@@ -129,7 +181,7 @@ FramePlan RainRenderer::plan() {
 
 GlInfo RainRenderer::gl_info() const {
   state_->use();
-  return state_->context.info();
+  return state_->context->info();
 }
 
 std::vector<float> RainRenderer::drop_centres_m(double time_s) {
@@ -142,7 +194,7 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
     centres[i] =
         static_cast<float>(static_cast<double>(centres[i]) +
                            state.scene.camera.position_m[static_cast<Eigen::Index>(i % 3)]);
-  state.context.check();
+  state.context->check();
   return centres;
 }
 
@@ -153,12 +205,12 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   state.move_camera(time_s);
   place_rain(*state.rain, state.scene, state.shadows, time_s);
   StreakRecords records = read_records(*state.rain);
-  state.context.check();
+  state.context->check();
   return records;
 }
 
 std::size_t RainRenderer::atlas_bytes() const {
-  return state_->rain ? state_->rain->sums_bytes : 0;
+  return state_->rain ? state_->rain->atlas->sums_bytes : 0;
 }
 
 }  // namespace pluvia

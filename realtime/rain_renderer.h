@@ -1,4 +1,4 @@
-// Rain in a scene, rendered with OpenGL 4.5 core without a window (EGL, surfaceless).
+// Rain in a scene, rendered with OpenGL 4.5 core, without a window (EGL, surfaceless) or for one.
 //
 // A frame is: the scene (colour and depth), then rain over it,
 //   C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env
@@ -16,9 +16,11 @@
 #include "atlas/image.h"
 #include "atlas/streak_atlas.h"
 #include "raytrace/rain_packets.h"
+#include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 #include "realtime/frame_plan.h"
 #include "realtime/gl_context.h"
+#include "realtime/gpu_atlas.h"
 #include "realtime/streak_record.h"
 
 namespace pluvia {
@@ -64,12 +66,40 @@ class RainRenderer {
   // that cannot be, and for an exposure in which drops are no streaks. A scene without rain needs
   // no atlas: it may be empty.
   RainRenderer(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options = {});
+
+  // The same in a context that others use, too: a window's.
+  RainRenderer(std::shared_ptr<GlContext> context, const Scene& scene, const StreakAtlas& atlas,
+               const RenderOptions& options = {});
   ~RainRenderer();
   RainRenderer(const RainRenderer&) = delete;
   RainRenderer& operator=(const RainRenderer&) = delete;
 
   // Shutter opens at time_s, 0 .. 1e7.
   Frame render(double time_s);
+
+  // The two halves of render: a frame whose pictures are empty, and stay on the GPU; its pictures.
+  Frame draw(double time_s);
+  void read(Frame& frame);
+
+  // What was drawn last: Frame::color, RGBA, row 0 at the top.
+  const GlTexture& picture() const;
+
+  // Becomes what the constructor makes of the scene, in the same context; of the same atlas what is
+  // already on the GPU stays there. Throws as the constructor, and then stays what it was.
+  void remake(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+  // From now on through this camera, whatever path the scene has; of the same size in px and
+  // shutter.
+  void look_through(const Camera& camera);
+
+  // The same lights elsewhere, or brighter. Shadow maps are of the places where lights were: a
+  // light with a shadow that moves needs remake.
+  void set_lights(const std::vector<Light>& lights);
+
+  // Where drops are drawn, and in which packets they are looked at; nullptr without rain.
+  const RainSpace& rain_space() const;
+  const RainPackets* rain_packets() const;
+
   GlInfo gl_info() const;
 
   // What it has made for the scene.
@@ -88,6 +118,10 @@ class RainRenderer {
 
  private:
   struct State;
+  static std::unique_ptr<State> make_state(std::shared_ptr<GlContext> context, const Scene& scene,
+                                           const StreakAtlas& atlas, const RenderOptions& options,
+                                           std::shared_ptr<const GpuAtlas> kept);
+
   std::unique_ptr<State> state_;
 };
 

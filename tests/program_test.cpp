@@ -314,6 +314,21 @@ TEST_F(Program, RenderTellsItsPlanWithoutDrawing) {
   expect_complaint(flags, 2, "--out: is required without --plan");
 }
 
+TEST_F(Program, RenderSaysWhichOpenGlItFoundWhereItIsTooOld) {
+  PLUVIA_NEEDS_OPENGL();
+  // Mesa's drivers then claim to be no better; another driver has no such wish.
+  setenv("MESA_GL_VERSION_OVERRIDE", "4.1", 1);
+  const Outcome outcome = run_pluvia(render_flags(write_scene("")));
+  unsetenv("MESA_GL_VERSION_OVERRIDE");
+  if (outcome.code == 0) GTEST_SKIP() << "this driver cannot be made to offer OpenGL 4.1";
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(
+      outcome.err,
+      testing::MatchesRegex("pluvia render: OpenGL: version 4\\.1 .*; expected OpenGL 4.5 core\n"));
+  EXPECT_EQ(outcome.out, "");
+  expect_nothing_rendered();
+}
+
 TEST_F(Program, RenderRefusesDirtyEnvironmentMaps) {
   PLUVIA_NEEDS_OPENGL();
   const auto render_under = [&](const std::string& map) {
