@@ -28,6 +28,7 @@
 #include "raytrace/scene_subset.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
+#include "realtime/viewer/view.h"
 #include "validate/factor_fit.h"
 #include "validate/fidelity.h"
 #include "validate/fit_json.h"
@@ -219,7 +220,7 @@ struct RenderFlags {
   std::string lookup = "view-linear", packets = "automatic";
 };
 
-pluvia::RenderOptions render_options(const RenderFlags& flags) {
+pluvia::RenderOptions render_options(const std::string& lookup, const std::string& packets) {
   using pluvia::LookupMode;
   using pluvia::PacketScheme;
   const std::map<std::string, LookupMode> lookups = {{"nearest", LookupMode::nearest},
@@ -229,12 +230,13 @@ pluvia::RenderOptions render_options(const RenderFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  return {.packets = {.scheme = schemes.at(flags.packets)}, .lookup = lookups.at(flags.lookup)};
+  return {.packets = {.scheme = schemes.at(packets)}, .lookup = lookups.at(lookup)};
 }
 
 void render(const RenderFlags& flags) {
   const pluvia::Scene scene = pluvia::read_scene(flags.scene);
-  pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas), render_options(flags));
+  pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas),
+                                render_options(flags.lookup, flags.packets));
   if (flags.plan) {
     fmt::print("{}", pluvia::plan_text(renderer.plan()));
     return;
@@ -271,6 +273,22 @@ void render(const RenderFlags& flags) {
   }
   fmt::print("{}: {} frames{}{} a frame on {}\n", flags.out, flags.frames,
              video ? " and rain.mp4" : "", passes, renderer.gl_info().renderer);
+}
+
+struct ViewFlags {
+  std::string scene = {}, atlas = {};
+  int width_px = 1280, height_px = 720;
+  std::string lookup = "view-linear", packets = "automatic";
+  pluvia::ViewOptions options = {};
+};
+
+void view(const ViewFlags& flags) {
+  const pluvia::Scene scene = pluvia::read_scene(flags.scene);
+  // Before the seconds that an atlas takes to read.
+  pluvia::Window window("Pluvia: " + flags.scene, {flags.width_px, flags.height_px});
+  pluvia::ViewOptions options = flags.options;
+  options.render = render_options(flags.lookup, flags.packets);
+  pluvia::view(window, scene, pluvia::read_atlas(flags.atlas), options);
 }
 
 struct ValidateFlags {
@@ -538,6 +556,16 @@ CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
   return command;
 }
 
+// Of a frame, for render and view.
+void add_quality(CLI::App& command, std::string& lookup, std::string& packets) {
+  command.add_option("--lookup", lookup, "cells that a streak mixes for a light: 1, 2 or 8")
+      ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
+      ->capture_default_str();
+  command.add_option("--packets", packets, "in which drops are selected; the same picture")
+      ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))
+      ->capture_default_str();
+}
+
 CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
   CLI::App* command = app.add_subcommand("render", "render rain in a scene, in real time");
   command->add_option("scene", flags.scene, "scene, TOML")->required();
@@ -546,12 +574,7 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
                       "folder of the frames: EXR, PNG, rain.mp4, costs.json (of each pass)");
   command->add_flag("--plan", flags.plan,
                     "only print the passes, shaders and bytes that the scene calls for");
-  command->add_option("--lookup", flags.lookup, "cells that a streak mixes for a light: 1, 2 or 8")
-      ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
-      ->capture_default_str();
-  command->add_option("--packets", flags.packets, "in which drops are selected; the same picture")
-      ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))
-      ->capture_default_str();
+  add_quality(*command, flags.lookup, flags.packets);
   command->add_option("--frames", flags.frames, "number of frames")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
@@ -562,6 +585,37 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
       ->check(finite_range(0, 1e6))
       ->capture_default_str();
   command->footer("example: pluvia render data/scenes/street.toml --atlas atlas --out frames");
+  return command;
+}
+
+CLI::App* add_view(CLI::App& app, ViewFlags& flags) {
+  CLI::App* command = app.add_subcommand("view", "fly through rain in a scene, in a window");
+  command->add_option("scene", flags.scene, "scene, TOML")->required();
+  command->add_option("--atlas", flags.atlas, "folder of the atlas")->required();
+  command->add_option("--out", flags.options.out_folder, "folder of screenshots and camera paths")
+      ->capture_default_str();
+  command->add_option("--width-px", flags.width_px, "of the window")
+      ->check(CLI::Range(16, 16384))
+      ->capture_default_str();
+  command->add_option("--height-px", flags.height_px, "of the window")
+      ->check(CLI::Range(16, 16384))
+      ->capture_default_str();
+  command
+      ->add_option("--pixel-px", flags.options.pixel_px,
+                   "of the window, along a side of the picture's pixel: more is faster")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  add_quality(*command, flags.lookup, flags.packets);
+  command->add_option("--start-s", flags.options.start_s, "time of the first frame")
+      ->check(finite_range(0, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--frames", flags.options.frames,
+                   "draw so many, 1/24 s apart, leave pictures of the last and of the window in "
+                   "--out, and close; 0: until the window is closed")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  command->footer("example: pluvia view data/scenes/street.toml --atlas atlas");
   return command;
 }
 
@@ -696,6 +750,7 @@ int main(int argc, char** argv) {
   ExportFlags export_flags;
   ImportFlags import_flags;
   RenderFlags render_flags;
+  ViewFlags view_flags;
   ValidateFlags validate_flags;
   FitFlags fit_flags;
   CLI::App* const generate_command = add_generate(app, generate_flags);
@@ -704,6 +759,7 @@ int main(int argc, char** argv) {
   CLI::App* const export_command = add_export(app, export_flags);
   CLI::App* const import_command = add_import(app, import_flags);
   CLI::App* const render_command = add_render(app, render_flags);
+  CLI::App* const view_command = add_view(app, view_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = add_fit(app, fit_flags);
   try {
@@ -723,6 +779,7 @@ int main(int argc, char** argv) {
     if (*export_command) export_layout(export_flags);
     if (*import_command) import_layout(import_flags);
     if (*render_command) render(render_flags);
+    if (*view_command) view(view_flags);
     if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;

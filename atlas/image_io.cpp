@@ -72,19 +72,10 @@ double srgb_encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-std::vector<unsigned char> encode_png(const std::string& file, const Image& image, double white) {
-  check_shape(file, image, {1, 3});
-  refuse_non_finite(file, image);
-  if (!(white > 0) || !std::isfinite(white)) {
-    throw std::runtime_error(fmt::format("{}: white = {}; expected a number > 0", file, white));
-  }
-  std::vector<std::uint8_t> shown;
-  shown.reserve(image.values.size());
-  for (const float value : image.values) {
-    const double linear = std::clamp(static_cast<double>(value) / white, 0.0, 1.0);
-    shown.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb_encoded(linear))));
-  }
-  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
+std::vector<unsigned char> encode_srgb(const std::string& file,
+                                       const std::vector<unsigned char>& shown, int width,
+                                       int height, int channels) {
+  OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   OIIO::Filesystem::IOVecOutput memory;
   const auto output = OIIO::ImageOutput::create(png_name, &memory);
@@ -95,6 +86,25 @@ std::vector<unsigned char> encode_png(const std::string& file, const Image& imag
                     one_line(output ? output->geterror() : OIIO::geterror())));
   }
   return memory.buffer();
+}
+
+std::vector<unsigned char> encode_png(const std::string& file, const Image& image, double white) {
+  check_shape(file, image, {1, 3});
+  refuse_non_finite(file, image);
+  if (!(white > 0) || !std::isfinite(white)) {
+    throw std::runtime_error(fmt::format("{}: white = {}; expected a number > 0", file, white));
+  }
+  std::vector<unsigned char> shown;
+  shown.reserve(image.values.size());
+  for (const float value : image.values) {
+    const double linear = std::clamp(static_cast<double>(value) / white, 0.0, 1.0);
+    shown.push_back(static_cast<unsigned char>(std::lround(255 * srgb_encoded(linear))));
+  }
+  return encode_srgb(file, shown, image.width, image.height, image.channels);
+}
+
+void write_bytes(const std::string& file, const std::vector<unsigned char>& bytes) {
+  write_file_atomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
@@ -174,8 +184,12 @@ void write_exr(const std::string& file, const Image& image) {
 }
 
 void write_png(const std::string& file, const Image& image, double white) {
-  const std::vector<unsigned char> bytes = encode_png(file, image, white);
-  write_file_atomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write_bytes(file, encode_png(file, image, white));
+}
+
+void write_srgb_png(const std::string& file, const std::vector<unsigned char>& srgb, int width,
+                    int height) {
+  write_bytes(file, encode_srgb(file, srgb, width, height, 3));
 }
 
 std::vector<unsigned char> png_bytes(const Image& image, double white) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "atlas/image.h"
 
@@ -30,6 +31,10 @@ void write_exr(const std::string& file, const Image& image);
 // 8-bit sRGB PNG of linear values (1 or 3 channels) divided by `white`, rounded; values are cut to
 // 0..1 there: a PNG is for looking at, EXR is for measuring. No dithering.
 void write_png(const std::string& file, const Image& image, double white = 1.0);
+
+// The same of sRGB bytes as a screen shows them: RGB, top row first, 3 width height of them.
+void write_srgb_png(const std::string& file, const std::vector<unsigned char>& srgb, int width,
+                    int height);
 
 // The bytes of that PNG, for pages that embed it.
 std::vector<unsigned char> png_bytes(const Image& image, double white = 1.0);

@@ -20,7 +20,6 @@ namespace {
 constexpr Range place_m = {-1e6, 1e6};       // beyond it a float is coarser than 6 cm
 constexpr Range radiance_cd_m2 = {0, 1e10};  // the sun's disc has 1.6e9
 constexpr double min_box_m = 1e-3;
-constexpr double least_key_s = 1e-3;  // between keys of a path
 
 std::string absolute_beside(const std::string& file, const std::string& path) {
   return std::filesystem::absolute(path_beside(file, path)).lexically_normal().string();
@@ -221,6 +220,7 @@ void refuse_odd_velocities(const TomlReader& reader, const Rain& rain) {
 
 Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
   Rain rain;
+  rain.wind_m_s = wind_m_s;
   Eigen::Vector3d direction(0, 0, -1);
   reader.optional("fall_direction", direction, {-1e3, 1e3});
   if (!(direction.z() < 0))

@@ -25,6 +25,8 @@ struct Camera {
   double white_cd_m2 = 1;  // the radiance that a PNG shows as white
 };
 
+constexpr double least_key_s = 1e-3;  // between keys of a path
+
 struct CameraKey {
   double time_s = 0;
   Eigen::Vector3d position_m = {0, 0, 0}, target_m = {0, 1, 0};
@@ -86,7 +88,8 @@ struct RainSize {  // drops of one size, all with one velocity
 };
 
 struct Rain {
-  std::vector<RainSize> sizes = {};  // none: no rain
+  std::vector<RainSize> sizes = {};      // none: no rain
+  Eigen::Vector3d wind_m_s = {0, 0, 0};  // in each velocity of sizes
   // Drops are where their centre at shutter-open is inside; each side >= 1 mm.
   Eigen::Vector3d box_min_m = {-1e6, -1e6, -1e6};
   Eigen::Vector3d box_max_m = {1e6, 1e6, 1e6};
