@@ -19,7 +19,8 @@ namespace {
 using Names = std::set<std::string>;
 
 // A module is a folder, except that the scene and its drops are a module of their own inside
-// raytrace/, and the fits of oscillations one inside oscillation/: a drop needs no Ceres.
+// raytrace/, the fits of oscillations one inside oscillation/ (a drop needs no Ceres), and the
+// viewer one inside realtime/ (a frame needs no window).
 const std::map<std::string, Names> allowed = {
     {"oscillation", {}},
     {"fit", {"oscillation"}},
@@ -27,17 +28,21 @@ const std::map<std::string, Names> allowed = {
     {"scene", {"oscillation"}},
     {"raytrace", {"oscillation", "atlas", "scene"}},
     {"realtime", {"oscillation", "atlas", "scene"}},
+    {"viewer", {"oscillation", "atlas", "scene", "realtime"}},
     {"validate", {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime"}},
-    {"program", {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "validate"}},
+    {"program",
+     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "viewer", "validate"}},
     {"tests",
-     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "validate", "tests"}}};
+     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "viewer", "validate",
+      "tests"}}};
 
 // Libraries that only some modules may see: {what an include or a target looks like, who may use
 // it}.
 const std::vector<std::pair<std::regex, Names>> fenced = {
     {std::regex("^embree.*"), {"raytrace", "validate", "tests"}},
     {std::regex("^(epoxy|EGL|GL|GLES.|KHR)/.*|.*::epoxy$|^(epoxy|OpenGL::.*)$"),
-     {"realtime", "tests"}},
+     {"realtime", "viewer", "tests"}},
+    {std::regex("^(GLFW|backends)/.*|^imgui.*|.*::(glfw|imgui)$"), {"viewer", "tests"}},
     {std::regex("^glm.*"), {"realtime", "tests"}},
     {std::regex("^(OpenEXR/|OpenImageIO/|Imf|OpenEXR::|OpenImageIO::).*"),
      {"atlas", "validate", "tests"}},
@@ -65,6 +70,7 @@ Names read_target_files(const std::string& folder, const std::string& target) {
 // The module of a path such as "raytrace/scene.h"; empty for one that is none of ours.
 std::string module_of(const std::filesystem::path& path) {
   const std::string folder = path.begin()->string();
+  if (path.generic_string().rfind("realtime/viewer/", 0) == 0) return "viewer";
   if (path == "pluvia.cpp") return "program";
   static const Names scene_files = read_target_files("raytrace", "pluvia_scene");
   static const Names fit_files = read_target_files("oscillation", "pluvia_fit");
@@ -111,6 +117,7 @@ std::vector<std::string> include_objections(const std::string& file, const std::
 std::string target_path(const std::string& target) {
   if (target == "pluvia") return "pluvia.cpp";
   if (target == "pluvia_scene") return "raytrace/scene.h";
+  if (target == "pluvia_viewer") return "realtime/viewer/.";
   if (target == "pluvia_fit") return "oscillation/outline_fit.h";
   return target.rfind("pluvia_", 0) == 0 ? target.substr(7) + "/." : target;
 }
@@ -169,8 +176,8 @@ TEST(Arrows, NoSourceIncludesAgainstThem) {
 TEST(Arrows, NoTargetLinksAgainstThem) {
   const std::filesystem::path root(PLUVIA_SOURCE_DIR);
   std::vector<std::string> found;
-  for (const char* folder :
-       {".", "oscillation", "atlas", "raytrace", "realtime", "validate", "tests"}) {
+  for (const char* folder : {".", "oscillation", "atlas", "raytrace", "realtime", "realtime/viewer",
+                             "validate", "tests"}) {
     const auto file = (std::filesystem::path(folder) / "CMakeLists.txt").lexically_normal();
     const std::string text = contents(root / file);
     EXPECT_NE(text.find("target_link_libraries"), std::string::npos) << file;
@@ -198,6 +205,10 @@ TEST(Arrows, AWrongArrowIsFound) {
   EXPECT_NE(include("raytrace/tracer.cpp", "#include \"validate/check.h\""), "");
   EXPECT_NE(include("validate/report.cpp", "#include <epoxy/gl.h>"), "");
   EXPECT_NE(include("atlas/image_io.cpp", "#include \"image.h\""), "");
+  EXPECT_NE(include("realtime/a.cpp", "#include \"realtime/viewer/viewer.h\""), "");
+  EXPECT_EQ(include("realtime/viewer/a.cpp", "#include \"realtime/rain_renderer.h\""), "");
+  EXPECT_NE(include("realtime/a.cpp", "#include <GLFW/glfw3.h>"), "");
+  EXPECT_EQ(include("realtime/viewer/window.cpp", "#include <GLFW/glfw3.h>"), "");
   const auto link = [](const char* text) { return joined(link_objections("a", text)); };
   EXPECT_EQ(link("target_link_libraries(pluvia_realtime PRIVATE pluvia_scene glm::glm)"), "");
   EXPECT_NE(link("target_link_libraries(pluvia_realtime\n  PRIVATE pluvia_raytrace)"), "");
@@ -208,6 +219,9 @@ TEST(Arrows, AWrongArrowIsFound) {
   EXPECT_NE(link("target_link_libraries(pluvia_oscillation PUBLIC Ceres::ceres)"), "");
   EXPECT_EQ(link("target_link_libraries(pluvia_fit PUBLIC pluvia_oscillation Ceres::ceres)"), "");
   EXPECT_NE(link("target_link_libraries(pluvia_raytrace PRIVATE PkgConfig::epoxy)"), "");
+  EXPECT_EQ(link("target_link_libraries(pluvia_viewer PRIVATE PkgConfig::glfw)"), "");
+  EXPECT_NE(link("target_link_libraries(pluvia_realtime PRIVATE PkgConfig::glfw)"), "");
+  EXPECT_NE(link("target_link_libraries(pluvia_realtime PUBLIC pluvia_viewer)"), "");
 }
 
 }  // namespace

@@ -87,12 +87,14 @@ Viewer make_viewer(std::shared_ptr<GlContext> context, const Scene& scene, const
   viewer.time_s = time_s;
   viewer.path = scene.camera_path;
   viewer.context = std::move(context);
+  viewer.context->make_current();
   viewer.show = make_show_pass();
   return viewer;
 }
 
 bool draw_viewer(Viewer& viewer, bool settled, GLuint framebuffer, int width, int height) {
   if (width <= 0 || height <= 0) return false;
+  viewer.context->make_current();
   const bool edited = settled && !needs_remake(viewer.made, viewer.edits).empty();
   const int pixel_px = settled || !viewer.renderer ? viewer.edits.pixel_px : viewer.made.pixel_px;
   const Camera before = viewer.camera;
