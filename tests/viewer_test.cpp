@@ -372,6 +372,8 @@ TEST(PacketMap, HasThePacketsThatTheFrameTakesAroundWhatItSees) {
   // A fall straight down: the map is the ground.
   EXPECT_EQ(map.camera_m, Eigen::Vector2d(0.3, -0.4));
   EXPECT_EQ(map.radius_m, 20);
+  EXPECT_EQ(map.box.low_m, Eigen::Vector2d(-6, -6));
+  EXPECT_EQ(map.box.high_m, Eigen::Vector2d(6, 12));
   ASSERT_GE(map.shadow.size(), 3u);
   const Eigen::Vector2d ahead(1.5, 8);  // in the picture and in the box
   EXPECT_EQ(std::count_if(map.taken.begin(), map.taken.end(),

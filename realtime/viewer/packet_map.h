@@ -15,6 +15,7 @@ struct MapRectangle {
 
 struct PacketMap {  // in x and y of the size's frame
   std::vector<MapRectangle> taken = {};
+  MapRectangle box = {};              // of the rain
   PlanePolygon shadow = {};           // what the picture can show
   Eigen::Vector2d camera_m = {0, 0};  // along the fall
   Eigen::Vector2d centre_m = {0, 0};  // of the local space

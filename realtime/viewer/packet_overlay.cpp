@@ -37,6 +37,8 @@ void draw_map(const PacketMap& map, const MapView& view, ImDrawList& list) {
     list.AddRectFilled({a.x, b.y}, {b.x, a.y}, packet_fill);
     list.AddRect({a.x, b.y}, {b.x, a.y}, packet_rim);
   }
+  const ImVec2 low = view.at(map.box.low_m), high = view.at(map.box.high_m);
+  list.AddRect({low.x, high.y}, {high.x, low.y}, reach_rim);
   list.AddCircle(view.at(map.centre_m), static_cast<float>(view.px_per_m * map.radius_m), reach_rim,
                  64);
   std::vector<ImVec2> shadow;

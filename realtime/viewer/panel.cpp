@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include <epoxy/gl.h>
 
-#include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <fmt/format.h>
@@ -174,6 +174,8 @@ void show_handles(Viewer& viewer, PanelState& panel) {
                               viewer.camera.height_px / static_cast<double>(io.DisplaySize.y));
   const Eigen::Vector2d mouse(static_cast<double>(io.MousePos.x),
                               static_cast<double>(io.MousePos.y));
+  const Eigen::Vector2d went(static_cast<double>(io.MouseDelta.x),
+                             static_cast<double>(io.MouseDelta.y));
   if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) panel.held_light = -1;
   for (std::size_t i = 0; i < viewer.edits.lights.size(); ++i) {
     Light& light = viewer.edits.lights[i];
@@ -186,7 +188,8 @@ void show_handles(Viewer& viewer, PanelState& panel) {
     if (near && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) panel.held_light = index;
     const bool held = panel.held_light == index;
     if (held)
-      light.position_m = dragged_to(viewer.camera, light.position_m, mouse.cwiseProduct(scale));
+      light.position_m =
+          dragged_to(viewer.camera, light.position_m, *seen + went.cwiseProduct(scale));
     const ImVec2 centre(static_cast<float>(at.x()), static_cast<float>(at.y()));
     ImDrawList* over = ImGui::GetBackgroundDrawList();
     over->AddCircle(centre, 8, IM_COL32(255, 255, 255, near || held ? 255 : 120), 0, 2);
@@ -246,15 +249,10 @@ void show_panel(Viewer& viewer, PanelState& panel) {
   if (panel.packet_map) show_packet_map(viewer, panel.map_size);
 }
 
-FlyInput fly_input(const PanelState& panel) {
+FlyInput fly_input(const PanelState& panel, const WindowKeys& keys) {
   const ImGuiIO& io = ImGui::GetIO();
-  FlyInput input = {.speed_m_s = panel.fly_speed_m_s * (io.KeyShift ? 4 : 1)};
-  const auto axis = [](int more, int less) {
-    return (ImGui::IsKeyDown(more) ? 1.0 : 0.0) - (ImGui::IsKeyDown(less) ? 1.0 : 0.0);
-  };
-  if (!io.WantCaptureKeyboard)
-    input.move = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_W, GLFW_KEY_S),
-                  axis(GLFW_KEY_E, GLFW_KEY_Q)};
+  FlyInput input = {.speed_m_s = panel.fly_speed_m_s * (keys.fast ? 4 : 1)};
+  if (!io.WantTextInput) input.move = keys.move;
   const bool turning =
       ImGui::IsMouseDown(ImGuiMouseButton_Left) || ImGui::IsMouseDown(ImGuiMouseButton_Right);
   if (turning && !io.WantCaptureMouse && panel.held_light < 0)
@@ -263,12 +261,13 @@ FlyInput fly_input(const PanelState& panel) {
   return input;
 }
 
-void take_keys(Viewer& viewer, PanelState& panel) {
+void take_keys(Viewer& viewer, PanelState& panel, const WindowKeys& keys) {
+  const WindowKeys before = std::exchange(panel.keys, keys);
   if (ImGui::GetIO().WantTextInput) return;
-  if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) panel.shown = !panel.shown;
-  if (ImGui::IsKeyPressed(GLFW_KEY_F12, false)) panel.screenshot_asked = true;
-  if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) viewer.time_scale = viewer.time_scale > 0 ? 0 : 1;
-  if (ImGui::IsKeyPressed(GLFW_KEY_R, false))
+  if (keys.panel && !before.panel) panel.shown = !panel.shown;
+  if (keys.screenshot && !before.screenshot) panel.screenshot_asked = true;
+  if (keys.clock && !before.clock) viewer.time_scale = viewer.time_scale > 0 ? 0 : 1;
+  if (keys.record && !before.record)
     viewer.recording ? stop_recording(viewer) : start_recording(viewer);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "realtime/viewer/viewer.h"
+#include "realtime/viewer/window.h"
 
 struct GLFWwindow;
 
@@ -28,15 +29,19 @@ struct PanelState {  // what the panel itself keeps
   int held_light = -1;  // being dragged
   double fly_speed_m_s = 2;
   bool screenshot_asked = false;
+  WindowKeys keys = {};  // of the last frame
 };
 
 // All controls, for the frame that was drawn last; changes the viewer's edits, camera and clock.
 void show_panel(Viewer& viewer, PanelState& panel);
 
-// What keys (W A S D Q E, shift: four times as fast) and the mouse (drag: turn) ask for, where no
-// control has them. A key pressed: P panel, F12 screenshot, space clock, R recording.
-FlyInput fly_input(const PanelState& panel);
-void take_keys(Viewer& viewer, PanelState& panel);
+// Where keys (W A S D along the view, Q E down and up, shift four times as fast) and the mouse
+// (dragged over the picture: a turn) send the camera, where no control has them.
+FlyInput fly_input(const PanelState& panel, const WindowKeys& keys);
+
+// Of keys that were up in the last frame: P shows or hides the panel, F12 is a screenshot, space
+// stops the clock, R starts and ends a recording.
+void take_keys(Viewer& viewer, PanelState& panel, const WindowKeys& keys);
 
 // Whether no control is held: edits may make the renderer anew.
 bool is_settled();

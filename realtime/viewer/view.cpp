@@ -35,11 +35,13 @@ void save_last(Viewer& viewer, const WindowSize& size) {
   save_window(shot + "_window.png", size);
 }
 
-void show_frame(Viewer& viewer, PanelState& panel, PanelFrame& controls) {
+FlyInput show_controls(Viewer& viewer, PanelState& panel, PanelFrame& controls,
+                       const WindowKeys& keys) {
   controls.begin();
-  take_keys(viewer, panel);
+  take_keys(viewer, panel, keys);
   show_panel(viewer, panel);
   controls.draw();
+  return fly_input(panel, keys);
 }
 
 }  // namespace
@@ -59,13 +61,13 @@ void view(Window& window, const Scene& scene, const StreakAtlas& atlas,
       window.take_events(idle_s);
       continue;
     }
-    show_frame(viewer, panel, controls);
+    const FlyInput input = show_controls(viewer, panel, controls, window.keys());
     if (++k == options.frames) save_last(viewer, size);
     window.show();
     const Clock::time_point now = Clock::now();
     const double passed_s = std::chrono::duration<double>(now - last).count();
     last = now;
-    advance(viewer, fly_input(panel), options.frames > 0 ? 1.0 / options.frames_per_s : passed_s);
+    advance(viewer, input, options.frames > 0 ? 1.0 / options.frames_per_s : passed_s);
   }
 }
 

@@ -59,6 +59,7 @@ Window::Window(const std::string& title, const WindowSize& size) {
     throw;
   }
   glfwSwapInterval(1);
+  glfwSetInputMode(window_, GLFW_STICKY_KEYS, GLFW_TRUE);
 }
 
 Window::~Window() {
@@ -86,6 +87,20 @@ void Window::take_events(double wait_s) {
     glfwWaitEventsTimeout(wait_s);
   else
     glfwPollEvents();
+}
+
+WindowKeys Window::keys() {
+  const auto down = [&](int key) { return glfwGetKey(window_, key) == GLFW_PRESS; };
+  const auto axis = [&](int more, int less) {
+    return (down(more) ? 1.0 : 0) - (down(less) ? 1.0 : 0);
+  };
+  return {.move = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_W, GLFW_KEY_S),
+                   axis(GLFW_KEY_E, GLFW_KEY_Q)},
+          .fast = down(GLFW_KEY_LEFT_SHIFT) || down(GLFW_KEY_RIGHT_SHIFT),
+          .panel = down(GLFW_KEY_P),
+          .clock = down(GLFW_KEY_SPACE),
+          .record = down(GLFW_KEY_R),
+          .screenshot = down(GLFW_KEY_F12)};
 }
 
 void Window::show() {

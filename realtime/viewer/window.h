@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include <Eigen/Core>
+
 #include "realtime/gl_context.h"
 
 struct GLFWwindow;
@@ -14,6 +16,16 @@ namespace pluvia {
 
 struct WindowSize {  // of its framebuffer; 0 x 0 while it is minimised
   int width_px = 0, height_px = 0;
+};
+
+// Keys that are down, or were since they were last asked for: a frame may take longer than a tap.
+struct WindowKeys {
+  Eigen::Vector3d move = {0, 0, 0};  // D - A, W - S, E - Q
+  bool fast = false;                 // shift
+  bool panel = false;                // P
+  bool clock = false;                // space
+  bool record = false;               // R
+  bool screenshot = false;           // F12
 };
 
 class Window {
@@ -33,6 +45,7 @@ class Window {
   bool closed() const;
   // What the user did since the last call; waits up to wait_s for it.
   void take_events(double wait_s);
+  WindowKeys keys();
   void show();  // what was drawn into framebuffer 0
 
  private:
