@@ -68,7 +68,7 @@ void picture_controls(Viewer& viewer) {
   double shutter_ms = 1e3 * edits.exposure_s;
   if (slider("shutter [ms]", shutter_ms, 1, 200, "%.1f", true))
     edits.exposure_s = 1e-3 * shutter_ms;
-  slider("field of view [deg]", edits.vertical_fov_deg, 5, 120, "%.0f");
+  slider("field of view", edits.vertical_fov_deg, 5, 120, "%.0f deg");
 }
 
 void effect_controls(Viewer& viewer) {
@@ -97,7 +97,7 @@ void quality_controls(Viewer& viewer, PanelState& panel) {
   choice("lookup", {"nearest", "view-linear", "trilinear"}, lookup);
   options.lookup = static_cast<LookupMode>(lookup);
   slider("widest texel [px]", options.max_texel_px, 0.1, 4, "%.2f", true);
-  ImGui::SliderInt("pixel [px]", &viewer.edits.pixel_px, 1, 8, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("pixel size [px]", &viewer.edits.pixel_px, 1, 8, "%d", ImGuiSliderFlags_AlwaysClamp);
   int scheme = static_cast<int>(options.packets.scheme);
   choice("packets", {"automatic", "world", "tree", "grid"}, scheme);
   options.packets.scheme = static_cast<PacketScheme>(scheme);
@@ -149,6 +149,7 @@ void camera_controls(Viewer& viewer, PanelState& panel) {
   ImGui::SameLine();
   text(fmt::format("{} keys", viewer.path.size()));
   if (ImGui::Button("screenshot (F12)")) panel.screenshot_asked = true;
+  text("W A S D, Q E fly; shift faster; drag turns\nspace stops the clock, R records");
 }
 
 void cost_rows(const Viewer& viewer) {
@@ -235,7 +236,7 @@ void show_panel(Viewer& viewer, PanelState& panel) {
   ImGui::SetNextWindowPos({8, 8}, ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize({340, ImGui::GetIO().DisplaySize.y - 16}, ImGuiCond_FirstUseEver);
   ImGui::Begin("Pluvia (P hides)");
-  ImGui::PushItemWidth(180);
+  ImGui::PushItemWidth(170);
   rain_controls(viewer);
   picture_controls(viewer);
   effect_controls(viewer);
