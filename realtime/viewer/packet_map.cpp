@@ -7,6 +7,7 @@ PacketMap packet_map(const Rain& rain, const RainSpace& space, const RainPackets
   const RainSizeSpace& drops = space.sizes[static_cast<std::size_t>(size)];
   const LocalSpace local = local_space(space, size, camera.position_m, time_s);
   PacketMap map = {
+      .box = {{drops.box_x.low_m, drops.box_y.low_m}, {drops.box_x.high_m, drops.box_y.high_m}},
       .shadow = view_shadow(space, size, local, camera),
       .camera_m = {camera.position_m.dot(drops.frame.x), camera.position_m.dot(drops.frame.y)},
       .centre_m = local.centre_m,
