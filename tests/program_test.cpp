@@ -1,7 +1,5 @@
 // The program as a user meets it: exit codes, one line of complaint, nothing left behind.
 
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
@@ -13,6 +11,7 @@
 #include "atlas/image_io.h"
 #include "tests/preset_files.h"
 #include "tests/realtime_fixture.h"
+#include "tests/run_program.h"
 #include "tests/temporary_folder.h"
 
 namespace pluvia {
@@ -20,20 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-struct Outcome {
-  int code = -1;
-  std::string out = {}, err = {};
-};
-
-Outcome run_pluvia(const std::string& arguments) {
-  const TemporaryFolder folder;
-  const int status = std::system(
-      fmt::format("{} {} >{} 2>{}", PLUVIA_PROGRAM, arguments, folder / "out", folder / "err")
-          .c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
-          read_file(folder / "err")};
-}
 
 void expect_complaint(const std::string& arguments, int code, const std::string& text) {
   const Outcome outcome = run_pluvia(arguments);

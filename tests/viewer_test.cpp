@@ -308,10 +308,11 @@ TEST(Viewer, FarFromWhereItWasMadeTheRainIsMadeAnew) {
       make_viewer(std::make_shared<GlContext>(), rainy_scene(800), quarter_atlas(), {}, 0.5, "");
   frame_of(viewer, 160, 120);
   const Eigen::Vector3d start = viewer.made_at_m;
-  advance(viewer, {.move = {0, 1, 0}, .speed_m_s = 40}, 0.1);  // 4 of 20 m
+  advance(viewer, {.move = {0, 1, 0}, .speed_m_s = 40}, 0.1, 0.6);  // 4 of 20 m
   frame_of(viewer, 160, 120);
   EXPECT_EQ(viewer.made_at_m, start);
-  advance(viewer, {.move = {0, 1, 0}, .speed_m_s = 40}, 0.2);
+  advance(viewer, {.move = {0, 1, 0}, .speed_m_s = 40}, 5, 6);  // a slow frame: as in 0.2 s
+  EXPECT_NEAR((viewer.camera.position_m - start).norm(), 12, 1e-12);
   frame_of(viewer, 160, 120);
   EXPECT_EQ(viewer.made_at_m, viewer.camera.position_m);
 }
@@ -322,7 +323,8 @@ TEST(Viewer, ReplaysWhatItRecorded) {
   Viewer viewer = make_viewer(std::make_shared<GlContext>(), rainy_scene(100), quarter_atlas(), {},
                               2, folder.path());
   start_recording(viewer);
-  for (int i = 0; i < 30; ++i) advance(viewer, {.move = {0, 1, 0}, .turn_rad = {0.01, 0}}, 0.1);
+  for (int i = 1; i <= 30; ++i)
+    advance(viewer, {.move = {0, 1, 0}, .turn_rad = {0.01, 0}}, 0.1, 2 + 0.1 * i);
   stop_recording(viewer);
   EXPECT_EQ(viewer.path.front().time_s, 2);
   EXPECT_NEAR(viewer.path.back().time_s, 5, 1e-9);
@@ -332,11 +334,14 @@ TEST(Viewer, ReplaysWhatItRecorded) {
   EXPECT_EQ(read_scene(folder / "path_0001.toml").camera_path.size(), viewer.path.size());
   start_replay(viewer);
   EXPECT_EQ(viewer.time_s, 2);
-  advance(viewer, {.move = {1, 0, 0}}, viewer.path[2].time_s - 2);
+  advance(viewer, {}, 0.1, viewer.path[2].time_s);
   EXPECT_LT((viewer.camera.position_m - viewer.path[2].position_m).norm(), 1e-9);
-  advance(viewer, {}, 10);
+  advance(viewer, {}, 0.1, 10);
   EXPECT_EQ(viewer.camera.position_m, end.position_m);
   EXPECT_FALSE(viewer.replaying);
+  start_replay(viewer);
+  advance(viewer, {.move = {1, 0, 0}}, 0.1, 2.1);
+  EXPECT_FALSE(viewer.replaying) << "a hand on the camera ends it";
 }
 
 TEST(Viewer, AScreenshotIsWhatRenderWrites) {

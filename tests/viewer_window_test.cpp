@@ -1,6 +1,4 @@
 // The viewer in a real window, on a display without a screen.
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include "realtime/viewer/viewer.h"
 #include "realtime/viewer/window.h"
 #include "tests/realtime_fixture.h"
+#include "tests/run_program.h"
 #include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
 #include "tests/x_server.h"
@@ -22,20 +21,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::MatchesRegex;
-
-struct Outcome {
-  int code = -1;
-  std::string out = {}, err = {};
-};
-
-Outcome run_pluvia(const std::string& arguments) {
-  const TemporaryFolder folder;
-  const int status = std::system(
-      fmt::format("{} {} >{} 2>{}", PLUVIA_PROGRAM, arguments, folder / "out", folder / "err")
-          .c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
-          read_file(folder / "err")};
-}
 
 #define PLUVIA_NEEDS_DISPLAY() \
   PLUVIA_NEEDS_OPENGL();       \
@@ -88,6 +73,24 @@ TEST_F(ViewerWindow, LeavesTheFrameThatIsRendered) {
     EXPECT_EQ(read_file(folder / "shot_0000" + ending),
               read_file(folder / "frames/frame_0002" + ending))
         << ending;
+}
+
+TEST_F(ViewerWindow, FollowsTheScenesPath) {
+  PLUVIA_NEEDS_DISPLAY();
+  const std::string still = read_file(*shared / "scene.toml");
+  const std::string places = "position_m = [0, 0, 1.6]\ntarget_m = [0, 5, 1.6]\n";
+  std::string moving = still;
+  moving.replace(moving.find(places), places.size(), "");
+  moving.insert(moving.find("[environment]"),
+                "[[camera.key]]\ntime_s = 1\n" + places +
+                    "[[camera.key]]\ntime_s = 1.2\nposition_m = [0.5, 0.1, 1.7]\n"
+                    "target_m = [0, 5, 2]\n");
+  write_file_atomically(folder / "path.toml", moving);
+  const std::string flags = fmt::format("{0}/path.toml --atlas {1}/atlas --frames 4 --out {0}/",
+                                        folder.path(), shared->path());
+  ASSERT_EQ(run_pluvia("view --width-px 96 --height-px 54 " + flags + "seen").code, 0);
+  ASSERT_EQ(run_pluvia("render " + flags + "frames").code, 0);
+  EXPECT_EQ(read_file(folder / "seen/shot_0000.exr"), read_file(folder / "frames/frame_0003.exr"));
 }
 
 TEST_F(ViewerWindow, ShowsThePictureAndAPanelOverIt) {

@@ -97,11 +97,20 @@ void quality_controls(Viewer& viewer, PanelState& panel) {
   choice("lookup", {"nearest", "view-linear", "trilinear"}, lookup);
   options.lookup = static_cast<LookupMode>(lookup);
   slider("widest texel [px]", options.max_texel_px, 0.1, 4, "%.2f", true);
-  ImGui::SliderInt("pixel size [px]", &viewer.edits.pixel_px, 1, 8, "%d", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SliderInt("pixel size [px]", &viewer.edits.pixel_px, 1, 8, "%d",
+                   ImGuiSliderFlags_AlwaysClamp);
   int scheme = static_cast<int>(options.packets.scheme);
   choice("packets", {"automatic", "world", "tree", "grid"}, scheme);
   options.packets.scheme = static_cast<PacketScheme>(scheme);
   ImGui::Checkbox("map of packets", &panel.packet_map);
+}
+
+// The light's colour at another strength, up to ten times the scene's.
+void strength(const char* label, const Eigen::Vector3d& original, Eigen::Vector3d& now) {
+  const double whole = original.maxCoeff();
+  if (!(whole > 0)) return text("dark in the scene");
+  double value = now.maxCoeff();
+  if (slider(label, value, 0, 10 * whole, "%.3g")) now = value / whole * original;
 }
 
 void light_row(Light& light, const Light& original, int index) {
@@ -109,17 +118,11 @@ void light_row(Light& light, const Light& original, int index) {
   const std::string name = light.name.empty() ? fmt::format("light {}", index) : light.name;
   if (ImGui::TreeNode(name.c_str())) {
     if (light.kind == LightKind::sun) {
-      double lux = light.illuminance_lux.maxCoeff(),
-             most = 10 * original.illuminance_lux.maxCoeff();
-      if (slider("lux", lux, 0, most, "%.3g"))
-        light.illuminance_lux =
-            original.illuminance_lux / original.illuminance_lux.maxCoeff() * lux;
+      strength("lux", original.illuminance_lux, light.illuminance_lux);
     } else {
       ImGui::DragScalarN("place [m]", ImGuiDataType_Double, light.position_m.data(), 3, 0.05f,
                          nullptr, nullptr, "%.2f");
-      double cd = light.intensity_cd.maxCoeff(), most = 10 * original.intensity_cd.maxCoeff();
-      if (slider("cd", cd, 0, most, "%.3g"))
-        light.intensity_cd = original.intensity_cd / original.intensity_cd.maxCoeff() * cd;
+      strength("cd", original.intensity_cd, light.intensity_cd);
     }
     ImGui::TreePop();
   }

@@ -67,7 +67,10 @@ void view(Window& window, const Scene& scene, const StreakAtlas& atlas,
     const Clock::time_point now = Clock::now();
     const double passed_s = std::chrono::duration<double>(now - last).count();
     last = now;
-    advance(viewer, input, options.frames > 0 ? 1.0 / options.frames_per_s : passed_s);
+    const double next_s = options.frames > 0
+                              ? options.start_s + static_cast<double>(k) / options.frames_per_s
+                              : viewer.time_s + viewer.time_scale * passed_s;
+    advance(viewer, input, passed_s, next_s);
   }
 }
 

@@ -86,6 +86,7 @@ Viewer make_viewer(std::shared_ptr<GlContext> context, const Scene& scene, const
   viewer.camera = camera_at(scene, time_s);
   viewer.time_s = time_s;
   viewer.path = scene.camera_path;
+  viewer.replaying = !viewer.path.empty();
   viewer.context = std::move(context);
   viewer.context->make_current();
   viewer.show = make_show_pass();
@@ -110,18 +111,18 @@ bool draw_viewer(Viewer& viewer, bool settled, GLuint framebuffer, int width, in
   return true;
 }
 
-void advance(Viewer& viewer, const FlyInput& input, double dt_s) {
-  viewer.time_s += viewer.time_scale * dt_s;
+void advance(Viewer& viewer, const FlyInput& input, double dt_s, double time_s) {
+  viewer.time_s = time_s;
+  viewer.replaying = viewer.replaying && input.move.isZero(0) && input.turn_rad.isZero(0);
   if (viewer.replaying) {
-    const Camera along =
-        camera_at({.camera = viewer.camera, .camera_path = viewer.path}, viewer.time_s);
+    const Camera along = camera_at({.camera = viewer.camera, .camera_path = viewer.path}, time_s);
     viewer.camera.position_m = along.position_m;
     viewer.camera.target_m = along.target_m;
-    viewer.replaying = viewer.time_s < viewer.path.back().time_s;
+    viewer.replaying = time_s < viewer.path.back().time_s;
   } else {
     viewer.camera = fly(viewer.camera, input, std::min(dt_s, longest_step_s));
   }
-  if (viewer.recording) record_key(viewer.path, viewer.camera, viewer.time_s, recorded_every_s);
+  if (viewer.recording) record_key(viewer.path, viewer.camera, time_s, recorded_every_s);
 }
 
 void start_recording(Viewer& viewer) {

@@ -34,7 +34,7 @@ struct Viewer {
   Frame frame = {};  // the last one: its costs and counts, no pictures
 };
 
-// The scene as read, from its camera or where its path is at time_s. The atlas must outlive it.
+// The scene as read, from its camera or along its path. The atlas must outlive it.
 Viewer make_viewer(std::shared_ptr<GlContext> context, const Scene& scene, const StreakAtlas& atlas,
                    const RenderOptions& options, double time_s, const std::string& out_folder);
 
@@ -44,10 +44,10 @@ Viewer make_viewer(std::shared_ptr<GlContext> context, const Scene& scene, const
 // drawn. Throws std::runtime_error when the scene as read is refused.
 bool draw_viewer(Viewer& viewer, bool settled, GLuint framebuffer, int width, int height);
 
-// The clock dt_s later, and the camera as flown or, while replaying, along the path; while
-// recording, a key every recorded_every_s of the clock.
+// The camera dt_s later, as flown or, while replaying, along the path (any input ends that); the
+// clock at time_s. While recording, a key every recorded_every_s of the clock.
 constexpr double recorded_every_s = 0.5;
-void advance(Viewer& viewer, const FlyInput& input, double dt_s);
+void advance(Viewer& viewer, const FlyInput& input, double dt_s, double time_s);
 
 void start_recording(Viewer& viewer);
 void stop_recording(Viewer& viewer);  // with a last key
