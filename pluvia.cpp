@@ -211,16 +211,20 @@ void import_layout(const ImportFlags& flags) {
   fmt::print("{}: {} shards imported from {}\n", flags.out, shards, flags.layout);
 }
 
+struct QualityFlags {  // of a frame
+  std::string lookup = "view-linear", packets = "automatic";
+};
+
 struct RenderFlags {
   std::string scene = {}, atlas = {}, out = {};
   int frames = 1;
   int frames_per_s = 24;
   double start_s = 1;
   bool plan = false;
-  std::string lookup = "view-linear", packets = "automatic";
+  QualityFlags quality = {};
 };
 
-pluvia::RenderOptions render_options(const std::string& lookup, const std::string& packets) {
+pluvia::RenderOptions render_options(const QualityFlags& flags) {
   using pluvia::LookupMode;
   using pluvia::PacketScheme;
   const std::map<std::string, LookupMode> lookups = {{"nearest", LookupMode::nearest},
@@ -230,13 +234,13 @@ pluvia::RenderOptions render_options(const std::string& lookup, const std::strin
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  return {.packets = {.scheme = schemes.at(packets)}, .lookup = lookups.at(lookup)};
+  return {.packets = {.scheme = schemes.at(flags.packets)}, .lookup = lookups.at(flags.lookup)};
 }
 
 void render(const RenderFlags& flags) {
   const pluvia::Scene scene = pluvia::read_scene(flags.scene);
   pluvia::RainRenderer renderer(scene, pluvia::read_atlas(flags.atlas),
-                                render_options(flags.lookup, flags.packets));
+                                render_options(flags.quality));
   if (flags.plan) {
     fmt::print("{}", pluvia::plan_text(renderer.plan()));
     return;
@@ -278,7 +282,7 @@ void render(const RenderFlags& flags) {
 struct ViewFlags {
   std::string scene = {}, atlas = {};
   int width_px = 1280, height_px = 720;
-  std::string lookup = "view-linear", packets = "automatic";
+  QualityFlags quality = {};
   pluvia::ViewOptions options = {};
 };
 
@@ -287,7 +291,7 @@ void view(const ViewFlags& flags) {
   // Before the seconds that an atlas takes to read.
   pluvia::Window window("Pluvia: " + flags.scene, {flags.width_px, flags.height_px});
   pluvia::ViewOptions options = flags.options;
-  options.render = render_options(flags.lookup, flags.packets);
+  options.render = render_options(flags.quality);
   pluvia::view(window, scene, pluvia::read_atlas(flags.atlas), options);
 }
 
@@ -556,12 +560,11 @@ CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
   return command;
 }
 
-// Of a frame, for render and view.
-void add_quality(CLI::App& command, std::string& lookup, std::string& packets) {
-  command.add_option("--lookup", lookup, "cells that a streak mixes for a light: 1, 2 or 8")
+void add_quality(CLI::App& command, QualityFlags& flags) {
+  command.add_option("--lookup", flags.lookup, "cells that a streak mixes for a light: 1, 2 or 8")
       ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
       ->capture_default_str();
-  command.add_option("--packets", packets, "in which drops are selected; the same picture")
+  command.add_option("--packets", flags.packets, "in which drops are selected; the same picture")
       ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))
       ->capture_default_str();
 }
@@ -574,7 +577,7 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
                       "folder of the frames: EXR, PNG, rain.mp4, costs.json (of each pass)");
   command->add_flag("--plan", flags.plan,
                     "only print the passes, shaders and bytes that the scene calls for");
-  add_quality(*command, flags.lookup, flags.packets);
+  add_quality(*command, flags.quality);
   command->add_option("--frames", flags.frames, "number of frames")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
@@ -605,7 +608,7 @@ CLI::App* add_view(CLI::App& app, ViewFlags& flags) {
                    "of the window, along a side of the picture's pixel: more is faster")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
-  add_quality(*command, flags.lookup, flags.packets);
+  add_quality(*command, flags.quality);
   command->add_option("--start-s", flags.options.start_s, "time of the first frame")
       ->check(finite_range(0, 1e6))
       ->capture_default_str();

@@ -30,6 +30,8 @@ struct PacketOptions {
   PacketScheme scheme = PacketScheme::automatic;
   PacketSelection selection = PacketSelection::hull;
   double most_drops = 1024;  // of a packet, expected; >= 1
+
+  bool operator==(const PacketOptions&) const = default;
 };
 
 struct RainPacket {

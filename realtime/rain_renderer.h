@@ -39,6 +39,8 @@ struct RenderOptions {
   double widest_splat_px = 1;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
+
+  bool operator==(const RenderOptions&) const = default;
 };
 
 // What the selection of packets looked at (raytrace/rain_packets.h).

@@ -19,12 +19,6 @@ bool shadows_move(const std::vector<Light>& made, const std::vector<Light>& now)
   return false;
 }
 
-bool same_options(const RenderOptions& a, const RenderOptions& b) {
-  return a.max_texel_px == b.max_texel_px && a.finest_level == b.finest_level &&
-         a.lookup == b.lookup && a.packets.scheme == b.packets.scheme &&
-         a.packets.selection == b.packets.selection && a.packets.most_drops == b.packets.most_drops;
-}
-
 void refuse_rising_drops(const Rain& rain) {
   for (const RainSize& size : rain.sizes) {
     if (size.velocity_m_s.z() < -0.01 && size.velocity_m_s.norm() <= 200) continue;
@@ -108,7 +102,7 @@ std::string needs_remake(const SceneEdits& made, const SceneEdits& now) {
                   made.air.asymmetry != now.air.asymmetry))
     return "mist";
   if (made.pixel_px != now.pixel_px) return "size of a pixel";
-  return same_options(made.options, now.options) ? "" : "quality";
+  return made.options == now.options ? "" : "quality";
 }
 
 std::vector<CameraKey> look_around(const Camera& camera) {
