@@ -8,23 +8,38 @@
 #include "atlas/streak_atlas.h"
 #include "realtime/cumulative_atlas.h"
 #include "realtime/gl_objects.h"
+#include "realtime/streak_profiles.h"
 
 namespace pluvia {
 
-struct GpuAtlas {
+constexpr int sums_width = 4096, sums_height = 1024;  // a layer of a long array: 4 M texels
+
+struct GpuSums {  // realtime/cumulative_atlas.h
   LevelRange levels = {};
   bool environment = false;  // the environment's cells are there
   GlTexture sums = {};       // R32F, one long array folded into layers
   GlBuffer spans = {};
-  std::size_t sums_bytes = 0;
+  std::size_t bytes = 0;
 };
 
-constexpr int sums_width = 4096, sums_height = 1024;  // a layer of sums: 16 MB
+struct GpuProfiles {  // realtime/streak_profiles.h
+  int first = 0, levels = 0;
+  bool environment = false;
+  GlTexture profiles = {};  // RGBA32F, folded alike
+  GlBuffer spans = {};
+};
 
-// kept where it has all that is asked for (nullptr: nothing is kept), else a new one. kept must be
-// of the same atlas. Throws as cumulative_atlas does.
-std::shared_ptr<const GpuAtlas> upload_atlas(const StreakAtlas& atlas, const LevelRange& levels,
-                                             bool environment,
-                                             std::shared_ptr<const GpuAtlas> kept);
+struct GpuAtlas {  // what a pass has made of it; nullptr: nothing
+  std::shared_ptr<const GpuSums> sums = {};
+  std::shared_ptr<const GpuProfiles> profiles = {};
+};
+
+// What is kept where it has all that is asked for (nullptr: nothing is kept), else a new one. kept
+// must be of the same atlas. Throw as cumulative_atlas and streak_profiles do.
+std::shared_ptr<const GpuSums> upload_sums(const StreakAtlas& atlas, const LevelRange& levels,
+                                           bool environment, std::shared_ptr<const GpuSums> kept);
+std::shared_ptr<const GpuProfiles> upload_profiles(const StreakAtlas& atlas, int first,
+                                                   bool environment,
+                                                   std::shared_ptr<const GpuProfiles> kept);
 
 }  // namespace pluvia

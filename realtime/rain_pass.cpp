@@ -102,9 +102,9 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(atlas_views_at, pass.atlas_views);
   bind_storage(atlas_spans_at, pass.atlas->spans);
   if (!pass.splat.empty()) {
-    bind_storage(profile_spans_at, pass.splat.spans);
+    bind_storage(profile_spans_at, pass.splat.atlas->spans);
     bind_storage(splat_sums_at, pass.splat.sums);
-    glBindTextureUnit(profiles_at, pass.splat.profiles.id());
+    glBindTextureUnit(profiles_at, pass.splat.atlas->profiles.id());
   }
   bind_storage(sizes_at, pass.size_buffer);
   bind_storage(groups_at, pass.group_buffer);
@@ -239,7 +239,7 @@ StreakCounts count_streaks(RainPass& pass) {
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
                         const RenderOptions& options, const glm::vec4& environment,
                         const ScenePass& surfaces, const ShadowPass& shadows,
-                        std::shared_ptr<const GpuAtlas> kept) {
+                        const GpuAtlas& kept) {
   check_rain_inputs(scene, atlas, options);
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
@@ -250,9 +250,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   // w tells the shader whether there is anything to look up.
   const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
   pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
-  pass.atlas =
-      upload_atlas(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit,
-                   std::move(kept));
+  pass.atlas = upload_sums(
+      atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit, kept.sums);
   if (!scene.rain.density.share.empty())
     pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
   pass.top_heights = upload_values("top heights", gpu_top_heights(space));
@@ -276,7 +275,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.seen = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
   SplatUniforms splat;
-  pass.splat = make_rain_splat(scene, atlas, options, lit, sums_width, sums_height, splat);
+  pass.splat = make_rain_splat(scene, atlas, options, lit, kept.profiles, splat);
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
   if (pass.splat.empty())
@@ -286,6 +285,10 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
   pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
   return pass;
+}
+
+GpuAtlas atlas_of(const RainPass& pass) {
+  return {pass.atlas, pass.splat.atlas};
 }
 
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {

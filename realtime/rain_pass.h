@@ -29,7 +29,7 @@ struct RainPass {
   RainUniforms uniforms = {};
   std::vector<GpuRainSize> sizes = {};
   std::vector<GpuDropGroup> groups = {};
-  std::shared_ptr<const GpuAtlas> atlas = {};
+  std::shared_ptr<const GpuSums> atlas = {};
   std::size_t capacity = 0;        // streaks that the record buffers hold
   std::size_t group_capacity = 0;  // groups that their buffers hold
   GlBuffer uniform_buffer = {}, size_buffer = {}, group_buffer = {}, top_heights = {},
@@ -56,7 +56,10 @@ struct RainPass {
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
                         const RenderOptions& options, const glm::vec4& environment,
                         const ScenePass& surfaces, const ShadowPass& shadows,
-                        std::shared_ptr<const GpuAtlas> kept = nullptr);
+                        const GpuAtlas& kept = {});
+
+// What another pass of the same atlas may keep.
+GpuAtlas atlas_of(const RainPass& pass);
 
 // Fills the records for a shutter that opens at time_s, for scene.camera as it is now, and adds up
 // thin streaks; returns how many streaks are in view. Throws std::runtime_error for a time that

@@ -48,9 +48,11 @@ struct RainRenderer::State {
   void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
 };
 
-std::unique_ptr<RainRenderer::State> RainRenderer::make_state(
-    std::shared_ptr<GlContext> context, const Scene& scene, const StreakAtlas& atlas,
-    const RenderOptions& options, std::shared_ptr<const GpuAtlas> kept) {
+std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<GlContext> context,
+                                                              const Scene& scene,
+                                                              const StreakAtlas& atlas,
+                                                              const RenderOptions& options,
+                                                              const GpuAtlas& kept) {
   auto made = std::make_unique<State>();
   State& state = *made;
   state.context = std::move(context);
@@ -74,7 +76,7 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces,
-                                state.shadows, std::move(kept));
+                                state.shadows, kept);
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
   state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
@@ -89,7 +91,7 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
 
 RainRenderer::RainRenderer(std::shared_ptr<GlContext> context, const Scene& scene,
                            const StreakAtlas& atlas, const RenderOptions& options)
-    : state_(make_state(std::move(context), scene, atlas, options, nullptr)) {}
+    : state_(make_state(std::move(context), scene, atlas, options, {})) {}
 
 RainRenderer::~RainRenderer() {
   state_->use();
@@ -97,7 +99,7 @@ RainRenderer::~RainRenderer() {
 
 void RainRenderer::remake(const Scene& scene, const StreakAtlas& atlas,
                           const RenderOptions& options) {
-  const std::shared_ptr<const GpuAtlas> kept = state_->rain ? state_->rain->atlas : nullptr;
+  const GpuAtlas kept = state_->rain ? atlas_of(*state_->rain) : GpuAtlas();
   state_ = make_state(state_->context, scene, atlas, options, kept);
 }
 
@@ -210,7 +212,7 @@ StreakRecords RainRenderer::streak_records(double time_s) {
 }
 
 std::size_t RainRenderer::atlas_bytes() const {
-  return state_->rain ? state_->rain->atlas->sums_bytes : 0;
+  return state_->rain ? state_->rain->atlas->bytes : 0;
 }
 
 }  // namespace pluvia

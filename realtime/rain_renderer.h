@@ -122,7 +122,7 @@ class RainRenderer {
   struct State;
   static std::unique_ptr<State> make_state(std::shared_ptr<GlContext> context, const Scene& scene,
                                            const StreakAtlas& atlas, const RenderOptions& options,
-                                           std::shared_ptr<const GpuAtlas> kept);
+                                           const GpuAtlas& kept);
 
   std::unique_ptr<State> state_;
 };

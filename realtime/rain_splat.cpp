@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
-
-#include "realtime/streak_profiles.h"
 
 namespace pluvia {
 namespace {
@@ -21,27 +20,24 @@ int finest_profile(const StreakAtlas& atlas, double widest_px) {
 }  // namespace
 
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, bool environment, int layer_width,
-                          int layer_height, SplatUniforms& uniforms) {
+                          const RenderOptions& options, bool environment,
+                          std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms) {
   if (!(options.widest_splat_px >= 0 && options.widest_splat_px <= 16))
     throw std::runtime_error(
         fmt::format("widest_splat_px = {}; expected 0 .. 16", options.widest_splat_px));
   if (options.widest_splat_px == 0) return {};
-  StreakProfiles profiles =
-      streak_profiles(atlas, finest_profile(atlas, options.widest_splat_px), environment);
   RainSplat splat;
+  splat.atlas = upload_profiles(atlas, finest_profile(atlas, options.widest_splat_px), environment,
+                                std::move(kept));
   splat.width = scene.camera.width_px, splat.height = scene.camera.height_px;
   splat.widest_px = options.widest_splat_px;
   splat.radiance_quantum_cd_m2 = scene.camera.white_cd_m2 / quanta_of_white;
-  splat.profiles =
-      make_folded_array(GL_RGBA32F, GL_RGBA, 4, layer_width, layer_height, profiles.values);
-  splat.spans = make_buffer(profiles.spans);
   const auto pixels =
       static_cast<std::size_t>(splat.width) * static_cast<std::size_t>(splat.height);
   splat.sums = make_buffer(nullptr, (1 + 5 * pixels) * sizeof(GLint));
   uniforms.splat = {options.widest_splat_px, longest_splat_px, 1 / splat.radiance_quantum_cd_m2,
                     quanta_of_share};
-  uniforms.levels = {profiles.first, profiles.levels, 0, 0};
+  uniforms.levels = {splat.atlas->first, splat.atlas->levels, 0, 0};
   return splat;
 }
 
@@ -58,8 +54,8 @@ bool splat_overflowed(const RainSplat& splat) {
 void plan_splat(const RainSplat& splat, PlannedPass& plan) {
   if (splat.empty()) return;
   plan.add(splat.program);
-  plan.add("thin streaks: profiles", splat.profiles);
-  plan.add("thin streaks: spans", splat.spans);
+  plan.add("thin streaks: profiles", splat.atlas->profiles);
+  plan.add("thin streaks: spans", splat.atlas->spans);
   plan.add("thin streaks: sums", splat.sums);
 }
 

@@ -2,12 +2,15 @@
 // keeps for them. Nothing is made where RenderOptions asks for none.
 #pragma once
 
+#include <memory>
+
 #include <glm/vec4.hpp>
 
 #include "atlas/streak_atlas.h"
 #include "raytrace/scene.h"
 #include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
+#include "realtime/gpu_atlas.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/shader.h"
 
@@ -26,8 +29,8 @@ struct RainSplat {
   int width = 0, height = 0;
   double widest_px = 0;
   double radiance_quantum_cd_m2 = 0;
-  GlTexture profiles = {};
-  GlBuffer spans = {}, sums = {};
+  std::shared_ptr<const GpuProfiles> atlas = {};
+  GlBuffer sums = {};
   ShaderProgram program = {};
 
   bool empty() const { return sums.id() == 0; }
@@ -38,11 +41,11 @@ struct SplatUniforms {  // of RainUniforms
   glm::ivec4 levels = {};
 };
 
-// layer_width, layer_height: of the array that the profiles are folded into. The program comes from
-// the rain pass. Throws std::runtime_error for options out of range.
+// kept: of an earlier pass of the same atlas. The program comes from the rain pass. Throws
+// std::runtime_error for options out of range.
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, bool environment, int layer_width,
-                          int layer_height, SplatUniforms& uniforms);
+                          const RenderOptions& options, bool environment,
+                          std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms);
 
 void clear_splat(const RainSplat& splat);
 

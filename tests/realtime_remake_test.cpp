@@ -82,14 +82,24 @@ TEST(Remake, ACameraAndLampsMoveWithoutIt) {
 TEST(Remake, OfTheAtlasWhatIsThereStays) {
   PLUVIA_NEEDS_OPENGL();
   const GlContext context;
-  const auto fine = upload_atlas(quarter_atlas(), {.finest = 0, .coarsest = 2}, true, nullptr);
-  EXPECT_EQ(upload_atlas(quarter_atlas(), {.finest = 1, .coarsest = 2}, false, fine), fine);
-  EXPECT_EQ(upload_atlas(quarter_atlas(), {.finest = 0, .coarsest = 1}, true, fine), fine);
-  EXPECT_NE(upload_atlas(quarter_atlas(), {.finest = 0, .coarsest = 3}, true, fine), fine);
-  const auto coarse = upload_atlas(quarter_atlas(), {.finest = 1, .coarsest = 2}, false, nullptr);
-  EXPECT_LT(coarse->sums_bytes, fine->sums_bytes);
-  EXPECT_NE(upload_atlas(quarter_atlas(), {.finest = 0, .coarsest = 2}, false, coarse), coarse);
-  EXPECT_NE(upload_atlas(quarter_atlas(), {.finest = 1, .coarsest = 2}, true, coarse), coarse);
+  const auto fine = upload_sums(quarter_atlas(), {.finest = 0, .coarsest = 2}, true, nullptr);
+  EXPECT_EQ(upload_sums(quarter_atlas(), {.finest = 1, .coarsest = 2}, false, fine), fine);
+  EXPECT_EQ(upload_sums(quarter_atlas(), {.finest = 0, .coarsest = 1}, true, fine), fine);
+  EXPECT_NE(upload_sums(quarter_atlas(), {.finest = 0, .coarsest = 3}, true, fine), fine);
+  const auto coarse = upload_sums(quarter_atlas(), {.finest = 1, .coarsest = 2}, false, nullptr);
+  EXPECT_LT(coarse->bytes, fine->bytes);
+  EXPECT_NE(upload_sums(quarter_atlas(), {.finest = 0, .coarsest = 2}, false, coarse), coarse);
+  EXPECT_NE(upload_sums(quarter_atlas(), {.finest = 1, .coarsest = 2}, true, coarse), coarse);
+}
+
+TEST(Remake, OfTheProfilesOfThinStreaksToo) {
+  PLUVIA_NEEDS_OPENGL();
+  const GlContext context;
+  const auto all = upload_profiles(quarter_atlas(), 1, true, nullptr);
+  EXPECT_EQ(upload_profiles(quarter_atlas(), 1, false, all), all);
+  EXPECT_NE(upload_profiles(quarter_atlas(), 2, true, all), all);
+  const auto lamps = upload_profiles(quarter_atlas(), 1, false, nullptr);
+  EXPECT_NE(upload_profiles(quarter_atlas(), 1, true, lamps), lamps);
 }
 
 TEST(Remake, SeveralRenderersShareAContextThatTheyDoNotOwn) {

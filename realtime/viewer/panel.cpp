@@ -97,6 +97,7 @@ void quality_controls(Viewer& viewer, PanelState& panel) {
   choice("lookup", {"nearest", "view-linear", "trilinear"}, lookup);
   options.lookup = static_cast<LookupMode>(lookup);
   slider("widest texel [px]", options.max_texel_px, 0.1, 4, "%.2f", true);
+  slider("thin streaks [px]", options.widest_splat_px, 0, 4, "%.2f");
   ImGui::SliderInt("pixel size [px]", &viewer.edits.pixel_px, 1, 8, "%d",
                    ImGuiSliderFlags_AlwaysClamp);
   int scheme = static_cast<int>(options.packets.scheme);

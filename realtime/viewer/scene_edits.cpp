@@ -90,6 +90,7 @@ Scene edited_scene(const Scene& scene, const SceneEdits& edits) {
 
 std::string needs_remake(const SceneEdits& made, const SceneEdits& now) {
   if (made.rain != now.rain) return "rain";
+  if (now.rain && now.white_cd_m2 < made.white_cd_m2 / 8) return "white";
   if (now.rain && made.rate_mm_h != now.rate_mm_h) return "rate";
   if (now.rain && made.wind_m_s != now.wind_m_s) return "wind";
   if (made.exposure_s != now.exposure_s) return "exposure";

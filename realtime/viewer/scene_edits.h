@@ -13,7 +13,7 @@ namespace pluvia {
 
 struct SceneEdits {
   // Without making anew:
-  double white_cd_m2 = 1;  // the radiance shown as white
+  double white_cd_m2 = 1;  // the radiance shown as white; not far below what it was
   std::vector<Light> lights =
       {};  // in the scene's order; moved or brighter, unless they cast shadows
   // Made anew for:
@@ -44,7 +44,9 @@ Scene edited_scene(const Scene& scene, const SceneEdits& edits);
 // Its lights alone.
 std::vector<Light> edited_lights(const SceneEdits& edits);
 
-// Which edit needs the renderer to be made anew: its name; empty for none.
+// Which edit needs the renderer to be made anew: its name; empty for none. White does where it
+// falls below an eighth: light is added up in quanta of the white that a renderer was made for
+// (realtime/rain_splat.h), and an eighth leaves 8192 of them below the new one.
 std::string needs_remake(const SceneEdits& made, const SceneEdits& now);
 
 // A path that looks around from a camera, level, up and down: a renderer made for it shows the rain
