@@ -18,9 +18,9 @@ bool has_splat(const RainPass* rain) {
 
 }  // namespace
 
-CompositePass make_composite_pass(int width, int height, const RainPass* rain) {
+CompositePass make_composite_pass(int width, int height, const RainPass* rain, GLenum format) {
   CompositePass pass;
-  pass.color = make_texture(GL_RGBA32F, width, height);
+  pass.color = make_texture(format, width, height);
   pass.background = make_texture(GL_RGBA32F, width, height);
   pass.target = rain ? make_framebuffer({pass.color.id(), pass.background.id(), rain->seen.id()}, 0)
                      : make_framebuffer({pass.color.id(), pass.background.id()}, 0);

@@ -15,8 +15,9 @@ struct CompositePass {
   ShaderProgram program = {};
 };
 
-// rain: nullptr without any.
-CompositePass make_composite_pass(int width, int height, const RainPass* rain);
+// rain: nullptr without any, or where it is drawn over the picture later. format: of the picture.
+CompositePass make_composite_pass(int width, int height, const RainPass* rain,
+                                  GLenum format = GL_RGBA32F);
 
 // The same rain.
 void draw_composite(const CompositePass& pass, const ScenePass& scene, const RainPass* rain);

@@ -296,7 +296,8 @@ std::vector<glm::vec4> gpu_light_entries(const StreakAtlas& atlas) {
 std::vector<glm::vec4> atlas_views(const StreakAtlas& atlas) {
   std::vector<glm::vec4> views;
   for (const AtlasView& view : atlas.views)
-    views.emplace_back(view.elevation_deg, view.path_bottom_row - view.path_top_row, 0, 0);
+    views.emplace_back(view.elevation_deg, view.path_bottom_row - view.path_top_row, view.row_px,
+                       view.height_px);
   return views;
 }
 

@@ -27,6 +27,7 @@ struct RainUniforms {  // rain_uniforms.glsl, member by member
   glm::ivec4 counts = {};
   glm::ivec4 sizes = {};
   glm::vec4 splat = {};
+  glm::vec4 splat_most = {};
   glm::ivec4 splat_levels = {};
   glm::ivec4 density = {};
 };
@@ -95,6 +96,8 @@ std::vector<glm::vec4> atlas_light_directions(const StreakAtlas& atlas);
 std::vector<glm::vec4> gpu_light_rows(const StreakAtlas& atlas);
 std::vector<glm::vec4> gpu_light_entries(const StreakAtlas& atlas);
 
-std::vector<glm::vec4> atlas_views(const StreakAtlas& atlas);  // elevation in degrees, rows of path
+std::vector<glm::vec4> atlas_views(
+    const StreakAtlas& atlas);  // elevation in degrees, rows of path;
+// first row of the cells and their height
 
 }  // namespace pluvia

@@ -40,10 +40,19 @@ enum Binding : GLuint {
   light_candidates_at,
   shadow_views_at,
   profile_spans_at,
-  splat_sums_at
+  splat_sums_at,
+  splat_overflow_at
 };
 
-enum TextureUnit : GLuint { shadow_maps_at, sums_at, profiles_at, scene_depth_at };
+enum TextureUnit : GLuint {
+  shadow_maps_at,
+  sums_at,
+  profiles_at,
+  scene_depth_at,
+  point_pictures_at,
+  environment_pictures_at,
+  coverage_pictures_at
+};
 
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
@@ -57,32 +66,38 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"SUMS_HEIGHT", std::to_string(sums_height)},
                        {"NEAR_M", std::to_string(near_m)},
                        {"CANDIDATE_CELLS", std::to_string(candidate_cells)},
+                       {"BILLBOARD_LIGHTS", std::to_string(most_billboard_lights)},
                        {"SPLAT_LIGHTS", std::to_string(splat_lights)},
                        {"SPLAT_STEPS", std::to_string(splat_steps)}};
-  const std::pair<const char*, GLuint> bindings[] = {{"RAIN_UNIFORMS", uniforms_at},
-                                                     {"GROUP_STARTS", group_starts_at},
-                                                     {"STREAKS", streaks_at},
-                                                     {"LIT_STREAKS", lit_streaks_at},
-                                                     {"LIGHTS", lights_at},
-                                                     {"ATLAS_LIGHTS", atlas_lights_at},
-                                                     {"ATLAS_LAYERS", atlas_layers_at},
-                                                     {"ATLAS_VIEWS", atlas_views_at},
-                                                     {"ATLAS_SPANS", atlas_spans_at},
-                                                     {"CENTRES", centres_at},
-                                                     {"RAIN_SIZES", sizes_at},
-                                                     {"DROP_GROUPS", groups_at},
-                                                     {"TOP_HEIGHTS", top_heights_at},
-                                                     {"DENSITIES", densities_at},
-                                                     {"LIGHT_ROWS", light_rows_at},
-                                                     {"LIGHT_ENTRIES", light_entries_at},
-                                                     {"LIGHT_CANDIDATES", light_candidates_at},
-                                                     {"SHADOW_VIEWS", shadow_views_at},
-                                                     {"SHADOW_MAPS", shadow_maps_at},
-                                                     {"CUMULATIVE", sums_at},
-                                                     {"PROFILES", profiles_at},
-                                                     {"SCENE_DEPTH", scene_depth_at},
-                                                     {"PROFILE_SPANS", profile_spans_at},
-                                                     {"SPLAT_SUMS", splat_sums_at}};
+  const std::pair<const char*, GLuint> bindings[] = {
+      {"RAIN_UNIFORMS", uniforms_at},
+      {"GROUP_STARTS", group_starts_at},
+      {"STREAKS", streaks_at},
+      {"LIT_STREAKS", lit_streaks_at},
+      {"LIGHTS", lights_at},
+      {"ATLAS_LIGHTS", atlas_lights_at},
+      {"ATLAS_LAYERS", atlas_layers_at},
+      {"ATLAS_VIEWS", atlas_views_at},
+      {"ATLAS_SPANS", atlas_spans_at},
+      {"CENTRES", centres_at},
+      {"RAIN_SIZES", sizes_at},
+      {"DROP_GROUPS", groups_at},
+      {"TOP_HEIGHTS", top_heights_at},
+      {"DENSITIES", densities_at},
+      {"LIGHT_ROWS", light_rows_at},
+      {"LIGHT_ENTRIES", light_entries_at},
+      {"LIGHT_CANDIDATES", light_candidates_at},
+      {"SHADOW_VIEWS", shadow_views_at},
+      {"SHADOW_MAPS", shadow_maps_at},
+      {"CUMULATIVE", sums_at},
+      {"PROFILES", profiles_at},
+      {"SCENE_DEPTH", scene_depth_at},
+      {"PROFILE_SPANS", profile_spans_at},
+      {"SPLAT_SUMS", splat_sums_at},
+      {"SPLAT_OVERFLOW", splat_overflow_at},
+      {"POINT_PICTURES", point_pictures_at},
+      {"ENVIRONMENT_PICTURES", environment_pictures_at},
+      {"COVERAGE_PICTURES", coverage_pictures_at}};
   for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
   return all;
 }
@@ -104,6 +119,7 @@ void bind_inputs(const RainPass& pass) {
   if (!pass.splat.empty()) {
     bind_storage(profile_spans_at, pass.splat.atlas->spans);
     bind_storage(splat_sums_at, pass.splat.sums);
+    bind_storage(splat_overflow_at, pass.splat.overflow);
     glBindTextureUnit(profiles_at, pass.splat.atlas->profiles.id());
   }
   bind_storage(sizes_at, pass.size_buffer);
@@ -216,6 +232,19 @@ void dispatch(const RainPass& pass, const ShaderProgram& program) {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
+// Behind surfaces, adding to what is there.
+void begin_streaks(const RainPass& pass, const GlFramebuffer& target) {
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
+  glViewport(0, 0, static_cast<int>(pass.uniforms.camera.up.w),
+             static_cast<int>(pass.uniforms.camera.forward.w));
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+}
+
 // Draws the thin streaks too, where the pass has that.
 StreakCounts count_streaks(RainPass& pass) {
   if (pass.splat.empty()) {
@@ -274,9 +303,18 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.coverage = make_texture(GL_R32F, surfaces.width, surfaces.height);
   pass.seen = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
+  if (options.path == RainPath::billboards_2010) {
+    if (pass.taps > 1)
+      throw std::runtime_error("billboards: lookup trilinear; expected nearest or view-linear");
+    pass.billboards = make_billboard_pass(scene, atlas, lit);
+    pass.billboards.program = build_program({"billboard.vert", "billboard.geom", "billboard.frag"},
+                                            defines(!shadows.empty(), pass));
+    return pass;
+  }
   SplatUniforms splat;
   pass.splat = make_rain_splat(scene, atlas, options, lit, kept.profiles, splat);
-  pass.uniforms.splat = splat.splat, pass.uniforms.splat_levels = splat.levels;
+  pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
+  pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
   if (pass.splat.empty())
     pass.count = build_program({"rain_count.comp"}, defines(false, pass));
@@ -301,6 +339,7 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
     bind_storage(shadow_views_at, shadows.view_buffer);
     glBindTextureUnit(shadow_maps_at, shadows.maps.id());
   }
+  if (!pass.billboards.empty()) return pass.counts.drops_looked_at;
   const StreakCounts streaks = count_streaks(pass);
   reserve_records(pass, streaks.wide);
   pass.uniforms.sizes.w = static_cast<int>(streaks.wide);
@@ -309,22 +348,27 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
   return static_cast<long>(streaks.wide + streaks.thin);
 }
 
+void draw_billboards(const RainPass& pass, const GlFramebuffer& picture) {
+  if (pass.groups.empty()) return;
+  bind_inputs(pass);
+  glBindTextureUnit(point_pictures_at, pass.billboards.point.id());
+  glBindTextureUnit(environment_pictures_at, pass.billboards.environment.id());
+  glBindTextureUnit(coverage_pictures_at, pass.billboards.coverage.id());
+  begin_streaks(pass, picture);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  glUseProgram(pass.billboards.program.id());
+  glBindVertexArray(pass.billboards.no_vertices.id());
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(pass.groups.size()) * group_size);
+}
+
 void draw_rain(const RainPass& pass) {
   const float dry[4] = {0, 0, 0, 0};
   for (const GLint target : {0, 1})
     glClearNamedFramebufferfv(pass.target.id(), GL_COLOR, target, dry);
   if (pass.uniforms.sizes.w == 0) return;
   bind_inputs(pass);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.target.id());
-  glViewport(0, 0, static_cast<int>(pass.uniforms.camera.up.w),
-             static_cast<int>(pass.uniforms.camera.forward.w));
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
+  begin_streaks(pass, pass.target);
   glBlendFunc(GL_ONE, GL_ONE);
-  glDisable(GL_CULL_FACE);
   glUseProgram(pass.draw.id());
   glBindVertexArray(pass.quads.id());
   const int instances = (pass.uniforms.sizes.w + quads_per_instance - 1) / quads_per_instance;
@@ -336,6 +380,7 @@ PlannedPass plan_of(const RainPass& pass) {
   PlannedPass plan = {.name = "rain"};
   for (const ShaderProgram* program : {&pass.count, &pass.place, &pass.draw}) plan.add(*program);
   plan_splat(pass.splat, plan);
+  plan_billboards(pass.billboards, plan);
   plan.add("uniforms", pass.uniform_buffer);
   plan.add("sizes", pass.size_buffer);
   plan.add("groups of drops", pass.group_buffer);

@@ -10,6 +10,7 @@
 #include "raytrace/rain_packets.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
+#include "realtime/billboard_pass.h"
 #include "realtime/gl_objects.h"
 #include "realtime/gpu_atlas.h"
 #include "realtime/rain_inputs.h"
@@ -39,6 +40,7 @@ struct RainPass {
   GlBuffer light_rows = {}, light_entries = {};  // with eight taps
   GlBuffer quad_indices = {};
   GlBuffer light_candidates = {};  // with one
+  BillboardPass billboards = {};   // empty: streaks
   RainSplat splat = {};            // empty: every streak is a quad
   GLuint scene_depth_m = 0;        // the surfaces'
   int taps = 1;                    // lit records of a streak and light
@@ -65,6 +67,10 @@ GpuAtlas atlas_of(const RainPass& pass);
 // thin streaks; returns how many streaks are in view. Throws std::runtime_error for a time that
 // local_space refuses.
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);
+
+// Where the pass has billboards: puts them over a picture of the size of the scene's, behind its
+// surfaces. The groups of drops are those of place_rain.
+void draw_billboards(const RainPass& pass, const GlFramebuffer& picture);
 
 // Adds the records up, those behind surfaces left out.
 void draw_rain(const RainPass& pass);

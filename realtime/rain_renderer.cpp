@@ -43,6 +43,11 @@ struct RainRenderer::State {
   std::optional<RainPass> rain = {};  // nothing: a scene without drops
   std::optional<FogPass> fog = {};    // nothing: a scene without [fog]
   CompositePass composite = {};
+  GlFramebuffer over_scene = {};  // of billboards: the picture, before the scene's depth
+
+  bool billboards() const { return rain && !rain->billboards.empty(); }
+  // What the composite puts over the scene.
+  const RainPass* streaks() const { return rain && !billboards() ? &*rain : nullptr; }
 
   void use() { context->make_current(); }
   void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
@@ -79,8 +84,11 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                                 state.shadows, kept);
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
-  state.composite = make_composite_pass(scene.camera.width_px, scene.camera.height_px,
-                                        state.rain ? &*state.rain : nullptr);
+  state.composite =
+      make_composite_pass(scene.camera.width_px, scene.camera.height_px, state.streaks(),
+                          state.billboards() ? GL_RGBA16F : GL_RGBA32F);
+  if (state.billboards())
+    state.over_scene = make_framebuffer({state.composite.color.id()}, state.surfaces.depth.id());
   state.context->check();
   return made;
 }
@@ -146,11 +154,15 @@ Frame RainRenderer::draw(double time_s) {
   if (state.rain) {
     frame.streaks_in_view = place_rain(*state.rain, state.scene, state.shadows, time_s);
     frame.packets = state.rain->counts;
-    draw_rain(*state.rain);
+    if (state.streaks()) draw_rain(*state.rain);
     watch.lap("rain", frame.streaks_in_view == 0 ? "no streak in view" : "", frame.costs);
   }
-  draw_composite(state.composite, state.surfaces, state.rain ? &*state.rain : nullptr);
+  draw_composite(state.composite, state.surfaces, state.streaks());
   watch.lap("composite", "", frame.costs);
+  if (state.billboards()) {
+    draw_billboards(*state.rain, state.over_scene);
+    watch.lap("billboards", "", frame.costs);
+  }
   state.context->check();
   return frame;
 }
@@ -161,10 +173,10 @@ void RainRenderer::read(Frame& frame) {
   const int width = state.scene.camera.width_px, height = state.scene.camera.height_px;
   frame.color = read_texture(state.composite.color, width, height, 3);
   frame.background = read_texture(state.composite.background, width, height, 3);
-  frame.rain =
-      state.rain ? read_texture(state.rain->seen, width, height, 3) : make_image(width, height, 3);
+  frame.rain = state.streaks() ? read_texture(state.rain->seen, width, height, 3)
+                               : make_image(width, height, 3);
   frame.rain_tau =
-      state.rain ? read_alpha(state.rain->seen, width, height) : make_image(width, height, 1);
+      state.streaks() ? read_alpha(state.rain->seen, width, height) : make_image(width, height, 1);
   frame.depth_m = read_texture(state.surfaces.depth_m, width, height, 1);
   state.context->check();
 }

@@ -25,7 +25,12 @@
 
 namespace pluvia {
 
+// How streaks are drawn: as this renderer does, or as Creus did (realtime/billboard_pass.h), to
+// measure against.
+enum class RainPath { streaks, billboards_2010 };
+
 struct RenderOptions {
+  RainPath path = RainPath::streaks;  // billboards heed `packets` and `lookup` alone
   // A streak's columns are merged in powers of two as long as they are at most this wide on screen
   // (at least four are left). > 0. Relative RMSE of the rain against the exact composite, drops in
   // the street of data/scenes: 0.013 at 0.25, 0.015 at 0.5; close by (close.toml): 0.002 at 0.25,
@@ -53,9 +58,10 @@ struct PacketCounts {
 struct Frame {
   Image color = {};       // RGB, with rain
   Image background = {};  // RGB, the same frame without rain
-  Image rain = {};        // RGB: what streaks add to the dimmed background; black without rain
-  Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage)
-  Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
+  Image rain = {};  // RGB (black with billboards_2010): what streaks add to the dimmed background;
+                    // black without rain
+  Image rain_tau = {};  // 1 channel: sum of -log(1 - coverage)
+  Image depth_m = {};   // 1 channel: distance along the view axis; +inf where there is no surface
   std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs
   long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
   PacketCounts packets = {};

@@ -17,6 +17,15 @@ int finest_profile(const StreakAtlas& atlas, double widest_px) {
   return std::max(0, static_cast<int>(std::floor(std::log2(0.125 / row_px))));
 }
 
+// The greatest value of the pictures under a point light; 1e-30 for an atlas that is black.
+double brightest_per_lux(const StreakAtlas& atlas) {
+  float brightest = 1e-30F;
+  for (const AtlasLayer& layer : atlas.layers) {
+    for (const float value : layer.point.at(0).values) brightest = std::max(brightest, value);
+  }
+  return static_cast<double>(brightest);
+}
+
 }  // namespace
 
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
@@ -34,20 +43,24 @@ RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
   splat.radiance_quantum_cd_m2 = scene.camera.white_cd_m2 / quanta_of_white;
   const auto pixels =
       static_cast<std::size_t>(splat.width) * static_cast<std::size_t>(splat.height);
-  splat.sums = make_buffer(nullptr, (1 + 5 * pixels) * sizeof(GLint));
+  splat.sums = make_buffer(nullptr, 5 * pixels * sizeof(GLint));
   uniforms.splat = {options.widest_splat_px, longest_splat_px, 1 / splat.radiance_quantum_cd_m2,
                     quanta_of_share};
+  splat.overflow = make_buffer(nullptr, sizeof(GLuint));
+  uniforms.most.x = static_cast<float>(most_streak_quanta * splat.radiance_quantum_cd_m2 /
+                                       brightest_per_lux(atlas));
   uniforms.levels = {splat.atlas->first, splat.atlas->levels, 0, 0};
   return splat;
 }
 
 void clear_splat(const RainSplat& splat) {
-  glClearNamedBufferData(splat.sums.id(), GL_R32I, GL_RED_INTEGER, GL_INT, nullptr);
+  for (const GlBuffer* buffer : {&splat.sums, &splat.overflow})
+    glClearNamedBufferData(buffer->id(), GL_R32I, GL_RED_INTEGER, GL_INT, nullptr);
 }
 
 bool splat_overflowed(const RainSplat& splat) {
   GLuint flag = 0;
-  glGetNamedBufferSubData(splat.sums.id(), 0, sizeof(flag), &flag);
+  glGetNamedBufferSubData(splat.overflow.id(), 0, sizeof(flag), &flag);
   return flag != 0;
 }
 
@@ -57,6 +70,7 @@ void plan_splat(const RainSplat& splat, PlannedPass& plan) {
   plan.add("thin streaks: profiles", splat.atlas->profiles);
   plan.add("thin streaks: spans", splat.atlas->spans);
   plan.add("thin streaks: sums", splat.sums);
+  plan.add("thin streaks: overflow", splat.overflow);
 }
 
 }  // namespace pluvia

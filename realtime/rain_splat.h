@@ -25,12 +25,15 @@ constexpr int splat_lights = 8;  // walked together
 // white, and optical depth 256.
 constexpr double quanta_of_white = 1 << 16, quanta_of_share = 1 << 22;
 
+// A streak that may be brighter in a pixel is a quad: a few of them may lie over each other.
+constexpr double most_streak_quanta = 1 << 26;
+
 struct RainSplat {
   int width = 0, height = 0;
   double widest_px = 0;
   double radiance_quantum_cd_m2 = 0;
   std::shared_ptr<const GpuProfiles> atlas = {};
-  GlBuffer sums = {};
+  GlBuffer sums = {}, overflow = {};
   ShaderProgram program = {};
 
   bool empty() const { return sums.id() == 0; }
@@ -38,6 +41,7 @@ struct RainSplat {
 
 struct SplatUniforms {  // of RainUniforms
   glm::vec4 splat = {};
+  glm::vec4 most = {};
   glm::ivec4 levels = {};
 };
 

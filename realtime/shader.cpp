@@ -74,6 +74,7 @@ std::string first_error(const std::string& log, const ShaderSource& source) {
 
 GLenum stage_of(const std::string& name) {
   if (name.ends_with(".vert")) return GL_VERTEX_SHADER;
+  if (name.ends_with(".geom")) return GL_GEOMETRY_SHADER;
   if (name.ends_with(".frag")) return GL_FRAGMENT_SHADER;
   return GL_COMPUTE_SHADER;
 }

@@ -38,7 +38,7 @@ struct ShaderProgram {
   GLuint id() const { return handle.id(); }
 };
 
-// Stage by the ending of the name: .vert, .frag, .comp.
+// Stage by the ending of the name: .vert, .geom, .frag, .comp.
 ShaderProgram build_program(const std::vector<std::string>& names, const ShaderDefines& defines);
 
 }  // namespace pluvia

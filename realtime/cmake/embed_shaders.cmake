@@ -1,6 +1,6 @@
 # cmake -DFOLDER=.. -DOUTPUT=.. -P embed_shaders.cmake
 # Writes a C++ file with every shader of the folder as a raw string: the program needs no files to run.
-file(GLOB shaders RELATIVE ${FOLDER} ${FOLDER}/*.vert ${FOLDER}/*.frag ${FOLDER}/*.comp
+file(GLOB shaders RELATIVE ${FOLDER} ${FOLDER}/*.vert ${FOLDER}/*.geom ${FOLDER}/*.frag ${FOLDER}/*.comp
      ${FOLDER}/*.glsl)
 list(SORT shaders)
 set(text "#include \"realtime/shader.h\"\n\nnamespace pluvia {\n\n")

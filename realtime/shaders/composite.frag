@@ -15,7 +15,6 @@ layout(location = 2) out vec4 rain;  // a: tau of all streaks
 #endif
 #if WITH_SPLAT
 layout(std430, binding = SPLAT_SUMS) readonly buffer SplatSums {
-  uint splat_overflow;
   int splat_sums[];  // rain_splat.comp
 };
 #endif

@@ -14,6 +14,7 @@ struct Placement {
   vec2 origin_px, column_px, row_px;
   float path_rows, clip_row, depth_m;
   vec3 middle_m;  // of the path, from the camera
+  float lux;      // of all lights, of their brightest channel, past no surface
   DropFrame frame;
 };
 
@@ -79,11 +80,18 @@ bool place_streak(Drop drop, out Placement placed) {
   float end_s = left_s < each_s * (1.0 - 1e-6) ? min(left_s, hit_time_s) : hit_time_s;
   placed.clip_row = end_s < each_s ? cell.x + placed.path_rows * (end_s / each_s) : never;
   placed.depth_m = m.z;
-  for (int i = 0; i < counts.y; ++i) {  // no drop is inside a lamp
+  placed.lux = 0.0;
+  for (int i = 0; i < counts.y; ++i) {
     Light light = lights[i];
-    float least_m = light.intensity.w + size.velocity_m_s.w;
-    if (light.place.w != 0.0 && !(distance(light.place.xyz, placed.middle_m) > least_m))
-      return false;
+    float brightest = max(light.intensity.r, max(light.intensity.g, light.intensity.b));
+    if (light.place.w == 0.0) {
+      placed.lux += brightest;
+      continue;
+    }
+    float distance_m = distance(light.place.xyz, placed.middle_m);
+    // No drop is inside a lamp.
+    if (!(distance_m > light.intensity.w + size.velocity_m_s.w)) return false;
+    placed.lux += brightest / (distance_m * distance_m);
   }
   return true;
 }
@@ -108,6 +116,6 @@ bool in_picture(Placement placed) {
 bool is_thin(Placement placed) {
   float row_px = length(placed.row_px);
   float twist = placed.column_px.x * placed.row_px.y - placed.column_px.y * placed.row_px.x;
-  return abs(twist) / row_px * cell.y <= splat.x &&
+  return placed.lux <= splat_most.x && abs(twist) / row_px * cell.y <= splat.x &&
          row_px * end_row(placed.path_rows, placed.clip_row) <= splat.y;
 }

@@ -10,8 +10,9 @@
 // streak wider than `joined_px` is two lines, its left half and its right.
 //
 // Sums are integers, so that they come out the same in any order: values are counted in quanta and
-// rounded up or down by chance (a hash of drop and pixel), in the mean to what they are. A value or
-// a sum beyond 2^30 quanta is told, and the frame is drawn without this shader.
+// rounded up or down by chance (a hash of drop and pixel), in the mean to what they are. Very bright
+// streaks are left to quads; a value or a sum beyond 2^30 quanta is told all the same, and the frame
+// is drawn without this shader.
 #include "rain_group.glsl"
 #include "rain_light.glsl"
 #include "rain_picture.glsl"
@@ -20,9 +21,10 @@
 layout(local_size_x = GROUP_SIZE) in;
 layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group_counts[]; };
 layout(std430, binding = SPLAT_SUMS) buffer SplatSums {
-  uint splat_overflow;
   int splat_sums[];  // five for each pixel: weighted red, green, blue; tau; weighted coverage
 };
+// Apart from the sums: what the processor reads, a driver may keep where it is slow to add to.
+layout(std430, binding = SPLAT_OVERFLOW) buffer SplatOverflow { uint splat_overflow; };
 layout(std430, binding = PROFILE_SPANS) readonly buffer ProfileSpans { ivec4 profile_spans[]; };
 layout(binding = PROFILES) uniform sampler2DArray profiles;
 layout(binding = SCENE_DEPTH) uniform sampler2D scene_depth_m;

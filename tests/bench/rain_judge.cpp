@@ -1,7 +1,7 @@
 // What the ways of drawing thin streaks cost and how far they are from the exact composite of the
 // same drops (validate/frame_composite.h): costs are medians of frames of one run on one machine,
 // so that rows may be compared with each other and with nothing else.
-//   rain_judge ATLAS [--drops 10000] [--lights 1] [--scale 1] [--frames 5]
+//   rain_judge [ATLAS] [--drops 10000] [--lights 1] [--scale 1] [--frames 5]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,6 +15,7 @@
 #include "raytrace/drop_field.h"
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
+#include "tests/synthetic_atlas.h"
 #include "validate/frame_composite.h"
 
 namespace pluvia {
@@ -24,6 +25,7 @@ struct JudgeFlags {
   std::string atlas = {};
   double drops = 1e4, scale = 1;
   int lights = 1, frames = 5;
+  bool no_truth = false;
 };
 
 double median(std::vector<double> values) {
@@ -32,45 +34,93 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Of the rain alone.
-double relative_rmse(const Frame& frame, const FrameComposite& truth) {
+// The frame minus the frame without rain; the mean of `samples` x `samples` of its pixels.
+Image rain_of(const Frame& frame, int samples) {
+  Image rain = make_image(frame.color.width / samples, frame.color.height / samples, 3);
+  const float share = 1.0F / static_cast<float>(samples * samples);
+  for (int y = 0; y < samples * rain.height; ++y) {
+    for (int x = 0; x < samples * rain.width; ++x) {
+      for (int c = 0; c < 3; ++c)
+        rain.at(x / samples, y / samples, c) +=
+            share * (frame.color.at(x, y, c) - frame.background.at(x, y, c));
+    }
+  }
+  return rain;
+}
+
+double relative_rmse(const Image& rain, const Image& truth) {
   double square = 0, all = 0;
-  for (std::size_t i = 0; i < frame.color.values.size(); ++i) {
-    const double rain = static_cast<double>(frame.color.values[i]) -
-                        static_cast<double>(frame.background.values[i]);
-    square += std::pow(rain - static_cast<double>(truth.rain.values[i]), 2);
-    all += std::pow(static_cast<double>(truth.rain.values[i]), 2);
+  for (std::size_t i = 0; i < truth.values.size(); ++i) {
+    square += std::pow(static_cast<double>(rain.values[i] - truth.values[i]), 2);
+    all += std::pow(static_cast<double>(truth.values[i]), 2);
   }
   return std::sqrt(square / all);
 }
 
+struct Path {
+  std::string name = {};
+  RenderOptions options = {};
+  int supersampling = 1;  // samples along each side of a pixel
+};
+
+struct Cost {
+  double wall_s = 0, cpu_s = 0;
+};
+
+// Of the rain in one frame.
+Cost rain_cost(const Frame& frame) {
+  Cost cost;
+  for (const PassCost& pass : frame.costs) {
+    if (pass.pass != "rain" && pass.pass != "billboards") continue;
+    cost.wall_s += pass.wall_s;
+    cost.cpu_s += pass.cpu_s;
+  }
+  return cost;
+}
+
 void run(const JudgeFlags& flags) {
-  const StreakAtlas atlas = read_atlas(flags.atlas);
+  const StreakAtlas atlas =
+      flags.atlas.empty() ? synthetic_atlas({.cell_width_px = 32, .levels = 6, .path_rows = 1400})
+                          : read_atlas(flags.atlas);
   const Scene scene = far_rain(flags.drops, flags.lights, flags.scale);
   constexpr double time_s = 0.5;
-  const auto drops =
+  const std::vector<Drop> drops =
       drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
+  const RenderOptions billboards = {.path = RainPath::billboards_2010,
+                                    .packets = {.selection = PacketSelection::rectangle}};
+  const std::vector<Path> paths = {{"billboards of 2010", billboards},
+                                   {"the same, 2 x 2 samples a pixel", billboards, 2},
+                                   {"the same, 4 x 4", billboards, 4},
+                                   {"the same, 6 x 6", billboards, 6},
+                                   {"quads", {.widest_splat_px = 0}},
+                                   {"splat up to 0.5 px", {.widest_splat_px = 0.5}},
+                                   {"splat up to 1 px", {.widest_splat_px = 1}},
+                                   {"splat up to 2 px", {.widest_splat_px = 2}},
+                                   {"splat up to 4 px", {.widest_splat_px = 4}}};
+  const Frame dry = RainRenderer(scene, atlas, {.widest_splat_px = 0}).render(time_s);
   FrameComposite truth;
-  fmt::print(
-      "| widest splat px | streaks | error | rain ms | CPU us a streak |\n|---|---|---|---|---|\n");
-  for (const double widest_px : {0.0, 0.5, 1.0, 2.0, 4.0}) {
-    RainRenderer renderer(scene, atlas, {.widest_splat_px = widest_px});
-    Frame frame = renderer.render(time_s);
-    if (truth.color.values.empty())
-      truth = composite_frame(scene, atlas, drops, scene.environment.uniform_cd_m2,
-                              frame.background, frame.depth_m);
+  if (!flags.no_truth)
+    truth = composite_frame(scene, atlas, drops, scene.environment.uniform_cd_m2, dry.background,
+                            dry.depth_m);
+  fmt::print("{} streaks in view; {}\n\n", dry.streaks_in_view,
+             RainRenderer(scene, atlas).gl_info().renderer);
+  fmt::print("| path | relative RMSE | rain ms | CPU ms |\n|---|---|---|---|\n");
+  for (const Path& path : paths) {
+    Scene sampled = scene;
+    sampled.camera.width_px *= path.supersampling;
+    sampled.camera.height_px *= path.supersampling;
+    RainRenderer renderer(sampled, atlas, path.options);
+    Frame frame = renderer.render(time_s);  // compiles, and makes the records' room
     std::vector<double> wall, cpu;
     for (int k = 0; k < flags.frames; ++k) {
-      frame = renderer.render(time_s);
-      for (const PassCost& pass : frame.costs) {
-        if (pass.pass != "rain") continue;
-        wall.push_back(pass.wall_s);
-        cpu.push_back(pass.cpu_s);
-      }
+      const Cost cost = rain_cost(renderer.render(time_s));
+      wall.push_back(cost.wall_s);
+      cpu.push_back(cost.cpu_s);
     }
-    fmt::print("| {} | {} | {:.4f} | {:.1f} | {:.2f} |\n", widest_px, frame.streaks_in_view,
-               relative_rmse(frame, truth), 1e3 * median(wall),
-               1e6 * median(cpu) / static_cast<double>(std::max(1L, frame.streaks_in_view)));
+    const double error =
+        flags.no_truth ? 0 : relative_rmse(rain_of(frame, path.supersampling), truth.rain);
+    fmt::print("| {} | {:.4f} | {:.2f} | {:.2f} |\n", path.name, error, 1e3 * median(wall),
+               1e3 * median(cpu));
     std::fflush(stdout);
   }
 }
@@ -81,10 +131,11 @@ void run(const JudgeFlags& flags) {
 int main(int argc, char** argv) {
   CLI::App app("Ways of drawing thin streaks: cost and error", "rain_judge");
   pluvia::JudgeFlags flags;
-  app.add_option("atlas", flags.atlas, "folder of an atlas")->required();
+  app.add_option("atlas", flags.atlas, "folder of an atlas; a made-up one if none is given");
   app.add_option("--drops", flags.drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
   app.add_option("--lights", flags.lights, "0 .. 6")->check(CLI::Range(0, 6));
   app.add_option("--scale", flags.scale, "1: drops 12 to 40 m away")->check(CLI::Range(0.05, 10.0));
+  app.add_flag("--no-truth", flags.no_truth, "costs alone");
   app.add_option("--frames", flags.frames, "of which the median is taken")
       ->check(CLI::Range(1, 99));
   CLI11_PARSE(app, argc, argv);
