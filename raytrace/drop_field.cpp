@@ -55,21 +55,14 @@ struct Field {
 
 void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& cell) {
   const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
-  for (std::uint32_t k = 0; k < cell.count; ++k) {
-    const std::uint32_t start = rain_hash(cell.keys[0], k, 0)[0];
-    const std::uint32_t up = start - local.phase;
-    const std::uint32_t round = local.round + (start < local.phase ? 1 : 0);
-    const auto place = rain_hash(cell.keys[1], k, round);
-    const Eigen::Vector3d centre_m =
-        (cell.x + fraction(place[0])) * size.cell_m * size.frame.x +
-        (cell.y + fraction(place[1])) * size.cell_m * size.frame.y +
-        (local.floor_m + space.local_height_m * fraction(up)) * size.frame.z;
-    const bool in_box = (centre_m.array() >= scene.rain.box_min_m.array()).all() &&
-                        (centre_m.array() <= scene.rain.box_max_m.array()).all();
-    if (!in_box || !is_rained_on(scene.rain.density, size, cell, place, k, round)) continue;
+  for (const CellDrop& drop : drops_of_cell(scene.rain, space, size, local, cell)) {
+    const bool in_box = (drop.centre_m.array() >= scene.rain.box_min_m.array()).all() &&
+                        (drop.centre_m.array() <= scene.rain.box_max_m.array()).all();
+    if (!in_box) continue;
     const auto sets = static_cast<std::uint64_t>(oscillation_count);
-    const auto oscillation = static_cast<int>((std::uint64_t{place[2]} * sets) >> 32);
-    add(make_drop(space, size, {size_index, cell.x, cell.y, k, round}, centre_m, oscillation));
+    const auto oscillation = static_cast<int>((std::uint64_t{drop.bits} * sets) >> 32);
+    const DropName name = {size_index, cell.x, cell.y, drop.number, drop.round};
+    add(make_drop(space, size, name, drop.centre_m, oscillation));
   }
 }
 
@@ -97,6 +90,24 @@ void Field::add_single(std::size_t i, double time_s) {
 }
 
 }  // namespace
+
+std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
+                                    const RainSizeSpace& size, const LocalSpace& local,
+                                    const RainCell& cell) {
+  std::vector<CellDrop> drops;
+  for (std::uint32_t k = 0; k < cell.count; ++k) {
+    const std::uint32_t start = rain_hash(cell.keys[0], k, 0)[0];
+    const std::uint32_t up = start - local.phase;
+    const std::uint32_t round = local.round + (start < local.phase ? 1 : 0);
+    const auto place = rain_hash(cell.keys[1], k, round);
+    if (!is_rained_on(rain.density, size, cell, place, k, round)) continue;
+    drops.push_back({k, round, place[2],
+                     (cell.x + fraction(place[0])) * size.cell_m * size.frame.x +
+                         (cell.y + fraction(place[1])) * size.cell_m * size.frame.y +
+                         (local.floor_m + space.local_height_m * fraction(up)) * size.frame.z});
+  }
+  return drops;
+}
 
 std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              double time_s) {

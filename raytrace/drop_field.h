@@ -38,6 +38,16 @@ struct Drop {
   double hit_time_s = 0;  // after shutter-open, when the centre reaches the top height below it;
 };                        // <= 0: it already has, and is not to be drawn; > 1e26: nothing is below
 
+// A drop of a cell as the closed form of raytrace/rain_space.h has it, wherever the rain's box is.
+struct CellDrop {
+  std::uint32_t number = 0, round = 0;
+  std::uint32_t bits = 0;  // 32 of its own: the oscillation, and what it throws up where it hits
+  Eigen::Vector3d centre_m = {0, 0, 0};
+};
+std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
+                                    const RainSizeSpace& size, const LocalSpace& local,
+                                    const RainCell& cell);
+
 // In order of sizes, of cells (y, then x) and of numbers in a cell, then the single drops; also
 // those that have hit already. Drops of the rain whose centre is outside its box are left out.
 // oscillation_count: number of oscillation sets, >= 1; the field draws one uniformly, and a single

@@ -192,6 +192,13 @@ RainSpace make_rain_space(const Scene& scene) {
 
 LocalSpace local_space(const RainSpace& space, int size_index, const Eigen::Vector3d& camera_m,
                        double time_s) {
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const double floor_m = slab_floor_m(camera_m.dot(size.frame.z), space.local_height_m, size.box_z);
+  return local_space_at(space, size_index, camera_m, floor_m, time_s);
+}
+
+LocalSpace local_space_at(const RainSpace& space, int size_index, const Eigen::Vector3d& camera_m,
+                          double floor_m, double time_s) {
   if (!(time_s >= 0 && time_s <= longest_time_s))
     throw std::runtime_error(
         fmt::format("rain at time {} s; expected 0 .. {} s", time_s, longest_time_s));
@@ -200,7 +207,7 @@ LocalSpace local_space(const RainSpace& space, int size_index, const Eigen::Vect
   LocalSpace local;
   local.centre_m = {camera_m.dot(size.frame.x), camera_m.dot(size.frame.y)};
   if (size.cell_m == 0) return local;
-  local.floor_m = slab_floor_m(camera_m.dot(size.frame.z), height_m, size.box_z);
+  local.floor_m = floor_m;
   const double run_m = time_s * size.speed_m_s + local.floor_m;
   double offset_m = std::fmod(run_m, height_m);  // exact
   if (offset_m < 0) offset_m += height_m;

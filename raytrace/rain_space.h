@@ -110,6 +110,10 @@ struct LocalSpace {                   // of one size at one instant
 LocalSpace local_space(const RainSpace& space, int size, const Eigen::Vector3d& camera_m,
                        double time_s);
 
+// The same with a slab that begins elsewhere: its drops are others of the same endless rain.
+LocalSpace local_space_at(const RainSpace& space, int size, const Eigen::Vector3d& camera_m,
+                          double floor_m, double time_s);
+
 struct RainCell {
   int x = 0, y = 0;
   std::uint32_t count = 0;

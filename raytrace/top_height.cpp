@@ -110,18 +110,23 @@ TopHeight top_height(const Mesh& mesh, const FallFrame& frame, const PlaneRect& 
   return top;
 }
 
-double height_at(const TopHeight& top, double x_m, double y_m) {
+const TopTexel* texel_at(const TopHeight& top, double x_m, double y_m) {
   const double i = std::floor((x_m - top.min_x_m) / top.texel_m);
   const double j = std::floor((y_m - top.min_y_m) / top.texel_m);
-  if (!(i >= 0 && i < top.width && j >= 0 && j < top.height))
-    return static_cast<double>(no_surface_m);
-  const TopTexel& texel =
-      top.texels[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
-                 static_cast<std::size_t>(i)];
+  if (!(i >= 0 && i < top.width && j >= 0 && j < top.height)) return nullptr;
+  return &top.texels[static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+                     static_cast<std::size_t>(i)];
+}
+
+double height_at(const TopHeight& top, double x_m, double y_m) {
+  const TopTexel* texel = texel_at(top, x_m, y_m);
+  if (!texel) return static_cast<double>(no_surface_m);
+  const double i = std::floor((x_m - top.min_x_m) / top.texel_m);
+  const double j = std::floor((y_m - top.min_y_m) / top.texel_m);
   const double dx = x_m - top.min_x_m - (i + 0.5) * top.texel_m;
   const double dy = y_m - top.min_y_m - (j + 0.5) * top.texel_m;
-  return static_cast<double>(texel.z_m) + dx * static_cast<double>(texel.slope_x) +
-         dy * static_cast<double>(texel.slope_y);
+  return static_cast<double>(texel->z_m) + dx * static_cast<double>(texel->slope_x) +
+         dy * static_cast<double>(texel->slope_y);
 }
 
 }  // namespace pluvia

@@ -36,6 +36,9 @@ struct TopHeight {                  // x, y and heights are those of the frame
 TopHeight top_height(const Mesh& mesh, const FallFrame& frame, const PlaneRect& rect,
                      double texel_m);
 
+// The texel that contains (x, y); nullptr outside the grid.
+const TopTexel* texel_at(const TopHeight& top, double x_m, double y_m);
+
 // The plane of the texel that contains (x, y); -1e30 outside the grid and where there is no
 // surface.
 double height_at(const TopHeight& top, double x_m, double y_m);

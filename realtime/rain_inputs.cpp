@@ -209,38 +209,45 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
       groups.push_back(group);
     }
   };
-  std::vector<double> floors_m;
-  for (std::size_t i = 0; i < space.sizes.size(); ++i)
-    floors_m.push_back(local_space(space, static_cast<int>(i), camera_m, time_s).floor_m);
   for (const SizedCell& sized : cells) {
-    const auto index = static_cast<std::size_t>(sized.size);
-    const RainSizeSpace& size = space.sizes[index];
-    const Eigen::Vector3d corner(sized.cell.x * size.cell_m, sized.cell.y * size.cell_m,
-                                 floors_m[index]);
-    const FallFrame& frame = size.frame;
-    const Eigen::Vector3d place =
-        corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
-    const Eigen::Vector2d density = size.density_origin + size.density_axes * corner.head<2>();
-    const auto thinning_key = static_cast<int>(sized.cell.keys[2]);
-    add({.corner_m = to_glm(place - camera_m, 0),
-         .corner_top = in_top(space, size, corner),
-         .corner_density = to_glm({density.x(), density.y(), 0}, 0),
-         .drops = {sized.cell.keys[0], sized.cell.keys[1], 0, 0},
-         .what = {sized.size, -1, thinning_key, 0}},
-        sized.cell.count * sizes[index].run.z);
+    const LocalSpace local = local_space(space, sized.size, camera_m, time_s);
+    const auto segments = sizes[static_cast<std::size_t>(sized.size)].run.z;
+    add(cell_group(space, sized.size, local.floor_m, sized.cell, camera_m),
+        sized.cell.count * segments);
   }
   for (std::size_t i = 0; i < scene.drops.size(); ++i) {
-    const SingleDrop& drop = scene.drops[i];
-    const auto index = static_cast<std::size_t>(space.single_sizes[i]);
-    const FallFrame& frame = space.sizes[index].frame;
-    const Eigen::Vector3d place = drop.centre_m + time_s * drop.velocity_m_s;
-    const Eigen::Vector3d corner(place.dot(frame.x), place.dot(frame.y), place.dot(frame.z));
-    add({.corner_m = to_glm(place - camera_m, 0),
-         .corner_top = in_top(space, space.sizes[index], corner),
-         .what = {space.single_sizes[i], drop.oscillation % oscillation_count, 0, 0}},
-        sizes[index].run.z);
+    GpuDropGroup group = single_group(scene, space, i, time_s);
+    group.what.y = scene.drops[i].oscillation % oscillation_count;
+    add(group, sizes[static_cast<std::size_t>(group.what.x)].run.z);
   }
   return groups;
+}
+
+GpuDropGroup cell_group(const RainSpace& space, int size_index, double floor_m,
+                        const RainCell& cell, const Eigen::Vector3d& camera_m) {
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const Eigen::Vector3d corner(cell.x * size.cell_m, cell.y * size.cell_m, floor_m);
+  const FallFrame& frame = size.frame;
+  const Eigen::Vector3d place = corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
+  const Eigen::Vector2d density = size.density_origin + size.density_axes * corner.head<2>();
+  return {.corner_m = to_glm(place - camera_m, 0),
+          .corner_top = in_top(space, size, corner),
+          .corner_density = to_glm({density.x(), density.y(), 0}, 0),
+          .drops = {cell.keys[0], cell.keys[1], 0, 0},
+          .what = {size_index, -1, static_cast<int>(cell.keys[2]), 0}};
+}
+
+GpuDropGroup single_group(const Scene& scene, const RainSpace& space, std::size_t i,
+                          double time_s) {
+  const SingleDrop& drop = scene.drops[i];
+  const int size_index = space.single_sizes[i];
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const FallFrame& frame = size.frame;
+  const Eigen::Vector3d place = drop.centre_m + time_s * drop.velocity_m_s;
+  const Eigen::Vector3d corner(place.dot(frame.x), place.dot(frame.y), place.dot(frame.z));
+  return {.corner_m = to_glm(place - scene.camera.position_m, 0),
+          .corner_top = in_top(space, size, corner),
+          .what = {size_index, 0, 0, 0}};
 }
 
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas) {

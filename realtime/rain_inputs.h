@@ -84,6 +84,12 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
                                       double time_s, int group_size);
 
+// The drops of a cell in a slab that begins at floor_m; of a single drop: without first and number
+// of its drops, and without the single drop's oscillation set.
+GpuDropGroup cell_group(const RainSpace& space, int size, double floor_m, const RainCell& cell,
+                        const Eigen::Vector3d& camera_m);
+GpuDropGroup single_group(const Scene& scene, const RainSpace& space, std::size_t i, double time_s);
+
 // Per layer, the layer of the mirrored drop.
 std::vector<std::int32_t> mirrored_layers(const StreakAtlas& atlas);
 

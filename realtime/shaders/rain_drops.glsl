@@ -37,13 +37,20 @@ uvec3 rain_hash(uvec3 v) {
 
 float fraction(uint bits) { return float(bits) * (1.0 / 4294967296.0); }
 
-// Height of the surface below a point of the frame's plane.
-float surface_m(RainSize size, vec2 place_m) {
+// Where the texel below a point of the frame's plane begins in top_heights; -1 outside the grid.
+int top_texel(RainSize size, vec2 place_m, out vec2 beside_m) {
   vec2 texel = floor((place_m - size.top_grid.xy) / size.top_grid.z);
   if (any(lessThan(texel, vec2(0))) || any(greaterThanEqual(texel, vec2(size.top_layout.yz))))
-    return size.top_grid.w;
-  int first = size.top_layout.x + 3 * (int(texel.y) * size.top_layout.y + int(texel.x));
-  vec2 beside_m = place_m - size.top_grid.xy - (texel + 0.5) * size.top_grid.z;
+    return -1;
+  beside_m = place_m - size.top_grid.xy - (texel + 0.5) * size.top_grid.z;
+  return size.top_layout.x + 3 * (int(texel.y) * size.top_layout.y + int(texel.x));
+}
+
+// Height of the surface below a point of the frame's plane.
+float surface_m(RainSize size, vec2 place_m) {
+  vec2 beside_m;
+  int first = top_texel(size, place_m, beside_m);
+  if (first < 0) return size.top_grid.w;
   return top_heights[first] + beside_m.x * top_heights[first + 1] +
          beside_m.y * top_heights[first + 2];
 }
