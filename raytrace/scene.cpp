@@ -356,6 +356,12 @@ Scene read_scene(const std::string& file) {
     if (!scene.fog) reader.refuse("glow", "glow without fog; expected a table [fog]");
     scene.glow.emplace();
   }
+  if (reader.has("splashes")) {
+    reader.table("splashes").finish();
+    if (!reader.has("rain") && scene.drops.empty())
+      reader.refuse("splashes", "splashes without rain; expected a table [rain] or a [[drop]]");
+    scene.splashes.emplace();
+  }
   if (reader.has("geometry")) {
     TomlReader geometry = reader.table("geometry");
     geometry.required("file", scene.geometry_file);

@@ -119,6 +119,8 @@ struct Fog {                    // raytrace/rain_fog.h
 
 struct Glow {};  // the light that the fog scatters from lamps and suns
 
+struct Splashes {};  // of drops that hit surfaces (raytrace/splash.h)
+
 struct Scene {
   Camera camera = {};                       // without a path, always; with one, at its first key
   std::vector<CameraKey> camera_path = {};  // ascending times
@@ -130,6 +132,7 @@ struct Scene {
   std::vector<SingleDrop> drops = {};  // beside the rain's
   std::optional<Fog> fog = {};
   std::optional<Glow> glow = {};  // only with fog
+  std::optional<Splashes> splashes = {};
 };
 
 // The file's tables and their keys (r: required):
@@ -152,6 +155,7 @@ struct Scene {
 //   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
 //   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99)
 //   [glow]         lamps and suns shine in the fog; needs [fog]
+//   [splashes]     where drops hit; needs [rain] or a [[drop]]
 //   [[drop]]       centre_m r (at time 0), radius_m, velocity_m_s, oscillation: a drop by itself
 // [camera] is required; without the others a scene has no light, no surface, no rain. Paths are
 // relative to the file; those of the result are absolute. Throws std::runtime_error with

@@ -280,6 +280,21 @@ TEST(Scene, ARateBecomesSizesThatFallByThemselvesAndDriftWithTheWind) {
         read_scene(scratch_file("s.toml", camera + "[rain]\n" + dry + "\n")).rain.sizes.empty());
 }
 
+TEST(Scene, SplashesNeedRain) {
+  const std::string rain = "[rain]\ndrops_per_m3 = 1\n", drop = "[[drop]]\ncentre_m = [0, 0, 1]\n";
+  const auto read = [](const std::string& tables) {
+    return read_scene(scratch_file("scene.toml", camera + tables));
+  };
+  EXPECT_FALSE(read(rain).splashes.has_value());
+  EXPECT_TRUE(read(rain + "[splashes]\n").splashes.has_value());
+  EXPECT_TRUE(read(drop + "[splashes]\n").splashes.has_value());
+  EXPECT_NE(
+      message_of([&] { read("[splashes]\n"); }).find("splashes without rain; expected a table"),
+      std::string::npos);
+  EXPECT_NE(message_of([&] { read(rain + "[splashes]\nheight_m = 1\n"); }).find("height_m"),
+            std::string::npos);
+}
+
 TEST(Scene, ACamerasAxesAreRightHandedInEveryDirection) {
   for (const Eigen::Vector3d& target :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(0, 0, 1),
