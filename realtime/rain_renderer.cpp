@@ -9,6 +9,7 @@
 #include "realtime/composite_pass.h"
 #include "realtime/fog_pass.h"
 #include "realtime/rain_pass.h"
+#include "realtime/splash_pass.h"
 
 namespace pluvia {
 namespace {
@@ -40,8 +41,9 @@ struct RainRenderer::State {
   ScenePass surfaces = {};
   ShadowPass shadows = {};
   RainSpace space = {};
-  std::optional<RainPass> rain = {};  // nothing: a scene without drops
-  std::optional<FogPass> fog = {};    // nothing: a scene without [fog]
+  std::optional<RainPass> rain = {};        // nothing: a scene without drops
+  std::optional<SplashPass> splashes = {};  // nothing: a scene without [splashes] or without drops
+  std::optional<FogPass> fog = {};          // nothing: a scene without [fog]
   CompositePass composite = {};
   GlFramebuffer over_scene = {};  // of billboards: the picture, before the scene's depth
 
@@ -71,7 +73,8 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                  .rain = scene.rain,
                  .drops = scene.drops,
                  .fog = scene.fog,
-                 .glow = scene.glow};
+                 .glow = scene.glow,
+                 .splashes = scene.splashes};
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
   state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
@@ -82,6 +85,8 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces,
                                 state.shadows, kept);
+  if (scene.splashes && state.streaks())
+    state.splashes = make_splash_pass(scene, state.space, *state.rain, state.shadows);
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
   state.composite =
@@ -157,6 +162,12 @@ Frame RainRenderer::draw(double time_s) {
     if (state.streaks()) draw_rain(*state.rain);
     watch.lap("rain", frame.streaks_in_view == 0 ? "no streak in view" : "", frame.costs);
   }
+  if (state.splashes) {
+    place_splashes(*state.splashes, state.scene, *state.rain, state.shadows, time_s);
+    const std::string skipped = draw_splashes(*state.splashes, *state.rain);
+    frame.splash_strokes = static_cast<long>(state.splashes->strokes_in_view);
+    watch.lap("splashes", skipped, frame.costs);
+  }
   draw_composite(state.composite, state.surfaces, state.streaks());
   watch.lap("composite", "", frame.costs);
   if (state.billboards()) {
@@ -189,6 +200,7 @@ FramePlan RainRenderer::plan() {
   plan.passes.push_back(plan_of(state.surfaces));
   if (state.fog) plan.passes.push_back(plan_of(*state.fog));
   if (state.rain) plan.passes.push_back(plan_of(*state.rain));
+  if (state.splashes) plan.passes.push_back(plan_of(*state.splashes));
   plan.passes.push_back(plan_of(state.composite));
   return plan;
 }
@@ -221,6 +233,18 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   StreakRecords records = read_records(*state.rain);
   state.context->check();
   return records;
+}
+
+std::vector<StrokeRecord> RainRenderer::splash_strokes(double time_s) {
+  State& state = *state_;
+  state.use();
+  if (!state.splashes) return {};
+  state.move_camera(time_s);
+  place_rain(*state.rain, state.scene, state.shadows, time_s);
+  place_splashes(*state.splashes, state.scene, *state.rain, state.shadows, time_s);
+  std::vector<StrokeRecord> strokes = read_strokes(*state.splashes);
+  state.context->check();
+  return strokes;
 }
 
 std::size_t RainRenderer::atlas_bytes() const {

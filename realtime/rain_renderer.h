@@ -22,6 +22,7 @@
 #include "realtime/gl_context.h"
 #include "realtime/gpu_atlas.h"
 #include "realtime/streak_record.h"
+#include "realtime/stroke_record.h"
 
 namespace pluvia {
 
@@ -64,6 +65,7 @@ struct Frame {
   Image depth_m = {};   // 1 channel: distance along the view axis; +inf where there is no surface
   std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs
   long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
+  long splash_strokes = 0;   // parts of splashes in view (realtime/splash_pass.h)
   PacketCounts packets = {};
 };
 
@@ -120,6 +122,9 @@ class RainRenderer {
   // What the GPU decides about every streak that is drawn as a quad: for the tests against
   // place_streak and choose_cells.
   StreakRecords streak_records(double time_s);
+
+  // The same about every part of every splash: for the tests against raytrace/splash.h.
+  std::vector<StrokeRecord> splash_strokes(double time_s);
 
   // Bytes of the cumulative sums on the GPU.
   std::size_t atlas_bytes() const;

@@ -310,7 +310,9 @@ std::string frame_bytes(const Frame& frame) {
 TEST(RainRenderer, AFrameHasTheSameBytesForEveryRunAndNumberOfThreads) {
   PLUVIA_NEEDS_OPENGL();
   if (const char* file = std::getenv("PLUVIA_TEST_FRAME")) {
-    RainRenderer renderer(rainy_scene(20000), quarter_atlas());
+    Scene scene = rainy_scene(20000);
+    scene.splashes.emplace();
+    RainRenderer renderer(scene, quarter_atlas());
     std::ofstream(file, std::ios::binary) << frame_bytes(renderer.render(0.5));
     return;
   }
