@@ -28,7 +28,7 @@ enum Binding : GLuint {
   parts_at,
   groups_at,
   group_starts_at,
-  hit_bits_at,
+  hits_at,
   strokes_at,
   lights_at,
   top_heights_at,
@@ -56,7 +56,7 @@ ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadow
           {"SPLASH_PARTS", std::to_string(parts_at)},
           {"DROP_GROUPS", std::to_string(groups_at)},
           {"GROUP_STARTS", std::to_string(group_starts_at)},
-          {"HIT_BITS", std::to_string(hit_bits_at)},
+          {"HITS", std::to_string(hits_at)},
           {"STROKES", std::to_string(strokes_at)},
           {"LIGHTS", std::to_string(lights_at)},
           {"TOP_HEIGHTS", std::to_string(top_heights_at)},
@@ -148,7 +148,7 @@ void bind_inputs(const SplashPass& pass, const RainPass& rain, const ShadowPass&
   bind_storage(parts_at, pass.parts);
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(group_starts_at, pass.group_starts);
-  bind_storage(hit_bits_at, pass.hit_bits);
+  bind_storage(hits_at, pass.hits);
   bind_storage(strokes_at, pass.strokes);
   bind_storage(lights_at, rain.lights);
   bind_storage(top_heights_at, rain.top_heights);
@@ -221,7 +221,7 @@ void place_splashes(SplashPass& pass, const Scene& scene, const RainPass& rain,
   if (pass.groups.empty()) return;
   if (pass.group_capacity != groups_before) {
     pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
-    pass.hit_bits = make_buffer(nullptr, pass.group_capacity * group_size / 8);
+    pass.hits = make_buffer(nullptr, pass.group_capacity * group_size * sizeof(GLuint));
   }
   bind_inputs(pass, rain, shadows);
   dispatch(pass, pass.count);
@@ -262,7 +262,7 @@ PlannedPass plan_of(const SplashPass& pass) {
   plan.add("tables", pass.parts);
   plan.add("groups of drops", pass.group_buffer);
   plan.add("starts of groups", pass.group_starts);
-  plan.add("drops that splash", pass.hit_bits);
+  plan.add("drops that splash", pass.hits);
   plan.add("strokes", pass.strokes);
   plan.add("light of a droplet", pass.phase);
   return plan;

@@ -4,7 +4,7 @@
 //
 // Light: a droplet is a sphere of water, E P toward the camera from every light
 // (raytrace/droplet_light.h) and the mean of the environment; it hides what it covers. Far droplets
-// of a splash are drawn as fewer, with the same area together, each at most 0.002 of a pixel: cost
+// of a splash are drawn as fewer, with the same area together, each at most 0.005 of a pixel: cost
 // is linear in what splashes cover, and nothing is left out.
 #pragma once
 
@@ -31,8 +31,7 @@ struct SplashPass {
   std::size_t strokes_in_view = 0;
   std::size_t capacity = 0, group_capacity = 0, size_capacity = 0, slab_capacity = 0;
   GlBuffer rain_uniforms = {}, uniforms = {}, size_buffer = {}, splash_size_buffer = {};
-  GlBuffer group_buffer = {}, group_starts = {}, hit_bits = {}, strokes = {}, parts = {},
-           phase = {};
+  GlBuffer group_buffer = {}, group_starts = {}, hits = {}, strokes = {}, parts = {}, phase = {};
   GlVertexArray no_vertices = {};
   ShaderProgram count = {}, place = {}, draw = {};
 };

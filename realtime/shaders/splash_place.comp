@@ -16,8 +16,10 @@ layout(std430, binding = PHASE) readonly buffer Phase { float phase[]; };
 #else
 layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group_counts[]; };
 #endif
-// A bit for each drop of a group: set where it splashes. Counting finds them for placing.
-layout(std430, binding = HIT_BITS) buffer HitBits { uint hit_bits[]; };
+// Of each group the drops that splash, in order: (strokes before it in the group) << 8 | drop, and
+// no_hit after the last. Counting finds them for placing.
+layout(std430, binding = HITS) buffer Hits { uint group_hits[]; };
+const uint no_hit = 0xffffffffu;
 
 layout(local_size_x = GROUP_SIZE) in;
 
@@ -25,7 +27,7 @@ const float pi = 3.14159265358979;
 const float crown_steps = 8.0;       // of its life, each a straight stroke
 const float droplet_step_s = 0.02;   // 0.5 mm of a parabola's bend
 // A stroke covers about so much of a pixel where several droplets are drawn as one.
-const float least_area_px = 0.002;
+const float least_area_px = 0.005;
 
 struct Hit {
   vec3 place_m, normal, velocity_m_s;
@@ -180,8 +182,7 @@ bool stroke_between(SplashSize splash, SplashPart part, SplashPart next, Hit hit
 }
 
 // Strokes of `count` parts that stand for `all`; returns the next free place.
-uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float step_s, uint next,
-               bool write) {
+uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float step_s, uint next) {
   if (count == 0) return next;
   float merged = splash_parts[first + all - 1].more.y / splash_parts[first + count - 1].more.y;
   float begin_s = max(hit.since_s, 0.0), end_s = min(hit.since_s + splash_air.x, splash.impact.w);
@@ -196,10 +197,8 @@ uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float 
                           min((step + 1.0) * step_s, last_s), merged, stroke, middle_m))
         continue;
 #if PLACE
-      if (write) {
-        stroke.radiance = vec4(radiance_at(middle_m), 0);
-        strokes[next] = stroke;
-      }
+      stroke.radiance = vec4(radiance_at(middle_m), 0);
+      strokes[next] = stroke;
 #endif
       ++next;
     }
@@ -214,7 +213,7 @@ int drawn_parts(int first, int all, float px_per_m) {
   return clamp(int(ceil(area_px / least_area_px)), 1, all);
 }
 
-uint add_splash(Hit hit, uint next, bool write) {
+uint add_splash(Hit hit, uint next) {
   SplashSize splash = splash_sizes[hit.size];
   float weber = splash.impact.x * hit.cosine * hit.cosine;
   float mean = splash.impact.z * (weber / splash.impact.y - 1.0);
@@ -226,54 +225,43 @@ uint add_splash(Hit hit, uint next, bool write) {
   float depth_m = max(dot(hit.place_m, camera_forward.xyz), nearest_depth_m);
   float px_per_m = camera_right.w / depth_m;
   next = add_parts(splash, hit, beads, drawn_parts(beads, CROWN_BEADS, px_per_m), CROWN_BEADS,
-                   splash.crown.x / crown_steps, next, write);
+                   splash.crown.x / crown_steps, next);
   int flying = beads + CROWN_BEADS;
   return add_parts(splash, hit, flying, drawn_parts(flying, droplets, px_per_m), droplets,
-                   droplet_step_s, next, write);
+                   droplet_step_s, next);
 }
 
-shared uint counted[GROUP_SIZE];
-shared uint hits[GROUP_SIZE];
-
-// Exclusive sum over the group's first threads, in order. One by one: they are few, and a barrier
-// costs a software rasteriser more than a sum.
-uint sum_before(uint count, uint threads) {
+#if PLACE
+void main() {
   uint i = gl_LocalInvocationID.x;
-  counted[i] = count;
-  barrier();
-  uint sum = 0u;
-  if (i < threads) {
-    for (uint k = 0u; k < i; ++k) sum += counted[k];
-  }
-  return sum;
+  if (group_index() >= uint(sizes.x)) return;
+  uint found = group_hits[group_index() * GROUP_SIZE + i];
+  Hit hit;
+  if (found == no_hit || !find_hit(group_index(), found & 0xffu, hit)) return;
+  add_splash(hit, group_starts[group_index()] + (found >> 8));
 }
+#else
+shared uint hits[GROUP_SIZE];
+shared uint counted[GROUP_SIZE];
 
 void main() {
-  // Few drops splash: the first threads take those, side by side.
   uint i = gl_LocalInvocationID.x, total;
-  Hit hit;
   if (group_index() >= uint(sizes.x)) return;
-  uint words = group_index() * (GROUP_SIZE / 32);
-#if PLACE
-  bool is_hit = (hit_bits[words + i / 32u] >> (i % 32u) & 1u) != 0u;
-#else
+  Hit hit;
+  // Few drops splash: the first threads take those, side by side.
   bool is_hit = find_hit(group_index(), i, hit);
-#endif
   uint rank = rank_in_group(is_hit, total);
-#if !PLACE
-  if (i < GROUP_SIZE / 32) hit_bits[words + i] = visible_bits[i];
-#endif
   if (is_hit) hits[rank] = i;
   barrier();
-  uint count = 0u;
+  bool has_one = i < total && find_hit(group_index(), hits[i], hit);
+  counted[i] = has_one ? add_splash(hit, 0u) : 0u;
+  barrier();
+  // One by one: they are few, and a barrier costs a software rasteriser more than a sum.
+  uint before = 0u;
   if (i < total) {
-    find_hit(group_index(), hits[i], hit);
-    count = add_splash(hit, 0u, false);
+    for (uint k = 0u; k < i; ++k) before += counted[k];
   }
-  uint before = sum_before(count, total);
-#if PLACE
-  if (count > 0u) add_splash(hit, group_starts[group_index()] + before, true);
-#else
-  if (i + 1u == max(total, 1u)) group_counts[group_index()] = before + count;
-#endif
+  group_hits[group_index() * GROUP_SIZE + i] = i < total ? before << 8 | hits[i] : no_hit;
+  if (i + 1u == max(total, 1u)) group_counts[group_index()] = before + counted[i];
 }
+#endif
