@@ -2,10 +2,9 @@
 // droplets that fly off it. One splash is a function of the drop, of the surface and of the time
 // since the hit; nothing is simulated step by step and nothing is stored.
 //
-// Numbers of the hit (d diameter, v speed along the surface's normal, h film): Weber's number
-// We = rho v^2 d / sigma. A thin film splashes above sqrt(We) = 20 (Vander Wal, Berger and Mozes,
-// Exp. Fluids 40, 53, 2006): at terminal speed, drops of more than 1.2 mm. Below, nothing is
-// thrown.
+// The hit (d diameter, v speed along the surface's normal) has Weber's number We = rho v^2 d /
+// sigma. A thin film splashes above sqrt(We) = 20 (Vander Wal, Berger and Mozes, Exp. Fluids 40,
+// 53, 2006): at terminal speed, drops of more than 1.2 mm. Below, nothing is thrown.
 //
 // Assumptions, each with the range that the literature leaves open:
 //   droplets        5 (We / 400 - 1), after Bai and Gosman (SAE 950283); half to twice as many;

@@ -59,10 +59,10 @@ struct PacketCounts {
 struct Frame {
   Image color = {};       // RGB, with rain
   Image background = {};  // RGB, the same frame without rain
-  Image rain = {};  // RGB (black with billboards_2010): what streaks add to the dimmed background;
-                    // black without rain
-  Image rain_tau = {};  // 1 channel: sum of -log(1 - coverage)
-  Image depth_m = {};   // 1 channel: distance along the view axis; +inf where there is no surface
+  Image rain = {};        // RGB: what streaks and splashes add to the dimmed background; black
+                          // without rain and with billboards_2010
+  Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage), of both
+  Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
   std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs
   long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
   long splash_strokes = 0;   // parts of splashes in view (realtime/splash_pass.h)

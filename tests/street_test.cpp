@@ -126,7 +126,8 @@ TEST(Block, NoDropIsEverSeenUnderARoof) {
 }
 
 TEST(Scenes, EveryShippedSceneIsReadAndHasItsRain) {
-  for (const char* name : {"street", "courtyard", "sun_shower", "passages", "storm", "close", "splash"}) {
+  for (const char* name :
+       {"street", "courtyard", "sun_shower", "passages", "storm", "close", "splash"}) {
     const Scene scene = read_scene(scenes + name + ".toml");
     const RainSpace space = make_rain_space(scene);
     EXPECT_GT(space.expected_drops, 60) << name;

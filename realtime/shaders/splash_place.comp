@@ -173,6 +173,7 @@ bool stroke_between(SplashSize splash, SplashPart part, SplashPart next, Hit hit
     return stroke_of(path, hit, part.first.w, merged, stroke);
   if (!path_of(splash, next, hit, from_s, to_s, beside)) return false;
   Path rim = Path(0.5 * (path.from_m + path.to_m), 0.5 * (beside.from_m + beside.to_m), path.share);
+  // The bead's area, drawn out to a thread half as thick.
   if (!stroke_of(rim, hit, 0.5 * part.first.w, 4.0 * merged, stroke)) return false;
   vec2 moved = projected_derivative(in_camera(middle_m), in_camera(path.to_m - path.from_m));
   vec2 along = normalize(stroke.half_axis_px);
@@ -186,10 +187,13 @@ uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float 
   if (count == 0) return next;
   float merged = splash_parts[first + all - 1].more.y / splash_parts[first + count - 1].more.y;
   float begin_s = max(hit.since_s, 0.0), end_s = min(hit.since_s + splash_air.x, splash.impact.w);
+  bool rim = splash_parts[first].velocity.w == 0.0;
+  float last_s = rim ? min(end_s, splash.crown.x) : end_s;
   for (int i = 0; i < count; ++i) {
-    SplashPart part = splash_parts[first + i];
-    SplashPart beside = splash_parts[first + (count == all ? (i + 1) % all : i)];
-    float last_s = part.velocity.w == 0.0 ? min(end_s, splash.crown.x) : end_s;
+    // Beads stand in a ring: a few of them are taken from all around.
+    int place = rim ? i * 13 % all : i;
+    SplashPart part = splash_parts[first + place];
+    SplashPart beside = splash_parts[first + (count == all ? (place + 1) % all : place)];
     for (float step = floor(begin_s / step_s); step * step_s < last_s; step += 1.0) {
       Stroke stroke;
       vec3 middle_m;
