@@ -31,6 +31,34 @@ struct Recurrence {
   }
 };
 
+struct Node {
+  double z = 0, weight = 0;
+};
+
+// Gauss and Legendre's rule of `count` points on [-1, 1], exact to degree 2 count - 1: Newton's
+// steps from near each root of P_count.
+std::vector<Node> gauss_rule(unsigned count) {
+  std::vector<Node> nodes;
+  for (unsigned k = 0; k < count; ++k) {
+    double z = std::cos(std::numbers::pi * (k + 0.75) / (count + 0.5)), slope = 0;
+    for (int step = 0; step < 10; ++step) {
+      slope = count * (z * std::legendre(count, z) - std::legendre(count - 1, z)) / (z * z - 1);
+      z -= std::legendre(count, z) / slope;
+    }
+    nodes.push_back({z, 2 / ((1 - z * z) * slope * slope)});
+  }
+  return nodes;
+}
+
+const std::vector<Node>& nodes_for(int degree) {
+  static const auto rules = [] {
+    std::array<std::vector<Node>, orders> all;
+    for (std::size_t l = 0; l < orders; ++l) all[l] = gauss_rule(static_cast<unsigned>(l) + 1);
+    return all;
+  }();
+  return rules[static_cast<std::size_t>(degree)];
+}
+
 }  // namespace
 
 void real_harmonics(int degree, const Eigen::Vector3d& direction, std::span<double> values) {
@@ -70,6 +98,26 @@ std::vector<double> turned_about_z(std::span<const double> coefficients, double 
     }
   }
   return turned;
+}
+
+Eigen::MatrixXd turning_matrix(int degree, const Eigen::Matrix3d& rotation) {
+  const auto count = static_cast<Eigen::Index>(harmonic_count(degree));
+  const int steps = 2 * degree + 1;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+  std::vector<double> here(harmonic_count(degree)), before(harmonic_count(degree));
+  for (const Node& node : nodes_for(degree)) {
+    const double across = std::sqrt(1 - node.z * node.z);
+    for (int k = 0; k < steps; ++k) {
+      const double phi = 2 * std::numbers::pi * k / steps;
+      const Eigen::Vector3d d(across * std::cos(phi), across * std::sin(phi), node.z);
+      real_harmonics(degree, d, here);
+      real_harmonics(degree, rotation.transpose() * d, before);
+      sum += node.weight * 2 * std::numbers::pi / steps *
+             Eigen::Map<Eigen::VectorXd>(here.data(), count) *
+             Eigen::Map<Eigen::RowVectorXd>(before.data(), count);
+    }
+  }
+  return sum;
 }
 
 }  // namespace pluvia

@@ -34,4 +34,9 @@ void real_harmonics(int degree, const Eigen::Vector3d& direction, std::span<doub
 // coefficients.size() is a harmonic_count.
 std::vector<double> turned_about_z(std::span<const double> coefficients, double angle_rad);
 
+// The matrix that takes a function's coefficients to those of the function turned by a rotation,
+// f'(d) = f(rotation^T d): harmonic_count(degree) on a side, a block for each degree. Exact to
+// rounding: integrals of products of degree 2 L, by Gauss' rule in z and equal steps in phi.
+Eigen::MatrixXd turning_matrix(int degree, const Eigen::Matrix3d& rotation);
+
 }  // namespace pluvia

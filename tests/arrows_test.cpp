@@ -18,22 +18,23 @@ namespace {
 
 using Names = std::set<std::string>;
 
-// A module is a folder, except that the scene and its drops are a module of their own inside
-// raytrace/, the fits of oscillations one inside oscillation/ (a drop needs no Ceres), and the
-// viewer one inside realtime/ (a frame needs no window).
+// A module is a folder, except that the scene and its drops and the light of the sky are modules of
+// their own inside raytrace/, the fits of oscillations one inside oscillation/ (a drop needs no
+// Ceres), and the viewer one inside realtime/ (a frame needs no window).
 const std::map<std::string, Names> allowed = {
     {"oscillation", {}},
     {"fit", {"oscillation"}},
     {"atlas", {}},
     {"scene", {"oscillation"}},
-    {"raytrace", {"oscillation", "atlas", "scene"}},
-    {"realtime", {"oscillation", "atlas", "scene"}},
-    {"viewer", {"oscillation", "atlas", "scene", "realtime"}},
-    {"validate", {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime"}},
+    {"sky", {"atlas", "scene"}},
+    {"raytrace", {"oscillation", "atlas", "scene", "sky"}},
+    {"realtime", {"oscillation", "atlas", "scene", "sky"}},
+    {"viewer", {"oscillation", "atlas", "scene", "sky", "realtime"}},
+    {"validate", {"oscillation", "fit", "atlas", "scene", "sky", "raytrace", "realtime"}},
     {"program",
-     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "viewer", "validate"}},
+     {"oscillation", "fit", "atlas", "scene", "sky", "raytrace", "realtime", "viewer", "validate"}},
     {"tests",
-     {"oscillation", "fit", "atlas", "scene", "raytrace", "realtime", "viewer", "validate",
+     {"oscillation", "fit", "atlas", "scene", "sky", "raytrace", "realtime", "viewer", "validate",
       "tests"}}};
 
 // Libraries that only some modules may see: {what an include or a target looks like, who may use
@@ -73,8 +74,10 @@ std::string module_of(const std::filesystem::path& path) {
   if (path.generic_string().rfind("realtime/viewer/", 0) == 0) return "viewer";
   if (path == "pluvia.cpp") return "program";
   static const Names scene_files = read_target_files("raytrace", "pluvia_scene");
+  static const Names sky_files = read_target_files("raytrace", "pluvia_sky");
   static const Names fit_files = read_target_files("oscillation", "pluvia_fit");
   if (folder == "raytrace" && scene_files.count(path.stem().string()) > 0) return "scene";
+  if (folder == "raytrace" && sky_files.count(path.stem().string()) > 0) return "sky";
   if (folder == "oscillation" && fit_files.count(path.stem().string()) > 0) return "fit";
   return allowed.count(folder) > 0 ? folder : "";
 }
@@ -112,12 +115,13 @@ std::vector<std::string> include_objections(const std::string& file, const std::
   return found;
 }
 
-// Targets of the build by module: pluvia_scene is the module scene, pluvia_fit the module fit,
-// pluvia the program.
+// Targets of the build by module: pluvia_scene is the module scene, pluvia_sky the module sky,
+// pluvia_fit the module fit, pluvia the program.
 std::string target_path(const std::string& target) {
   if (target == "pluvia") return "pluvia.cpp";
   if (target == "pluvia_scene") return "raytrace/scene.h";
   if (target == "pluvia_viewer") return "realtime/viewer/.";
+  if (target == "pluvia_sky") return "raytrace/sky_light.h";
   if (target == "pluvia_fit") return "oscillation/outline_fit.h";
   return target.rfind("pluvia_", 0) == 0 ? target.substr(7) + "/." : target;
 }
@@ -194,6 +198,8 @@ TEST(Arrows, AWrongArrowIsFound) {
   EXPECT_EQ(include("realtime/a.cpp", "#include \"raytrace/scene.h\"\n#include <vector>"), "");
   EXPECT_EQ(include("realtime/a.cpp", "\n#include \"raytrace/optics.h\""),
             "realtime/a.cpp:2: raytrace/optics.h: realtime may not use raytrace");
+  EXPECT_EQ(include("realtime/a.cpp", "#include \"raytrace/sky_light.h\""), "");
+  EXPECT_NE(include("raytrace/sky_light.cpp", "#include \"raytrace/optics.h\""), "");
   EXPECT_NE(include("raytrace/scene.cpp", "# include <embree3/rtcore.h>"), "");
   EXPECT_EQ(include("raytrace/tracer.cpp", "#include <embree3/rtcore.h>"), "");
   EXPECT_NE(include("raytrace/scene.h", "#include \"raytrace/optics.h\""), "");
