@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,6 +21,7 @@ namespace {
 
 constexpr const char* pack_again = "run `pluvia pack` again";
 constexpr int highest_size_px = 1 << 20;
+constexpr int highest_transfer_degree = 8;  // that a preset can ask for
 
 std::string path_in(const std::string& folder, const std::string& name) {
   return (std::filesystem::path(folder) / name).string();
@@ -44,6 +46,9 @@ std::string layer_bytes(const std::string& file, const AtlasLayer& layer) {
   add_parts(parts, "env", layer.env);
   add_parts(parts, "coverage", layer.coverage);
   for (const ExrPart& part : parts) check_radiances(file, part);
+  const std::size_t positive = parts.size();
+  add_parts(parts, "transfer", layer.transfer);
+  for (std::size_t i = positive; i < parts.size(); ++i) check_signed_values(file, parts[i]);
   return exr_bytes(parts);
 }
 
@@ -60,6 +65,7 @@ nlohmann::ordered_json tables_of(const StreakAtlas& atlas) {
                                      {"lights", nlohmann::ordered_json::array()},
                                      {"views", nlohmann::ordered_json::array()},
                                      {"layers", nlohmann::ordered_json::array()}};
+  if (atlas.transfer_degree >= 0) document["transfer_degree"] = atlas.transfer_degree;
   for (const LightDirection& light : atlas.lights) {
     document["lights"].push_back(
         {{"elevation_deg", light.elevation_deg}, {"azimuth_deg", light.azimuth_deg}});
@@ -113,6 +119,9 @@ StreakAtlas tables_at(const JsonPlace& document) {
   atlas.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
   atlas.pixel_m = positive_at(member(document, "pixel_m"));
   atlas.database_sha256 = text_at(member(document, "database_sha256"));
+  if (document.value->contains("transfer_degree"))
+    atlas.transfer_degree =
+        integer_at(member(document, "transfer_degree"), 0, highest_transfer_degree);
   read_lights(document, atlas);
   read_views(document, atlas);
   return atlas;
@@ -133,7 +142,10 @@ std::vector<Image> take_pictures(const std::string& file, std::vector<ExrPart>& 
           "{}: part {}: missing or of another shape; expected {} x {} pixels, channel Y. {}", file,
           name, width, height, pack_again));
     }
-    check_radiances(file, parts.front());
+    if (std::string_view(kind) == "transfer")
+      check_signed_values(file, parts.front());
+    else
+      check_radiances(file, parts.front());
     pictures.push_back({.width = width,
                         .height = height,
                         .channels = 1,
@@ -156,9 +168,14 @@ AtlasLayer read_layer(const std::string& folder, const JsonPlace& place, const S
     layer.env = take_pictures(file, parts, "env", atlas, 1);
   }
   layer.coverage = take_pictures(file, parts, "coverage", atlas, 1);
+  if (atlas.transfer_degree >= 0) {
+    const int harmonics = (atlas.transfer_degree + 1) * (atlas.transfer_degree + 1);
+    layer.transfer = take_pictures(file, parts, "transfer", atlas, harmonics);
+  }
   if (!parts.empty()) {
     throw std::runtime_error(fmt::format(
-        "{}: part {}: unknown; expected point, env and coverage only", file, parts.front().name));
+        "{}: part {}: unknown; expected point, env, coverage and what atlas.json names only", file,
+        parts.front().name));
   }
   if (sha256(bytes) != text_at(member(place, "sha256"))) {
     throw std::runtime_error(fmt::format(

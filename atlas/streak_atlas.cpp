@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <set>
@@ -140,9 +141,18 @@ void mix_bands(const std::vector<double>& weights, std::vector<float>& values) {
   values.resize(count);
 }
 
-// Lights and the presence of an environment are those of the first shard; the others must agree.
+// -1 for none.
+int transfer_degree_of(const Shard& shard) {
+  return static_cast<int>(std::lround(std::sqrt(static_cast<double>(shard.transfer.size())))) - 1;
+}
+
+// Lights, the presence of an environment and the number of harmonics are those of the first shard;
+// the others must agree.
 void check_parts(StreakAtlas& atlas, bool has_env, const std::string& file, const Shard& shard) {
-  if (atlas.lights.empty()) atlas.lights = shard.lights;
+  if (atlas.lights.empty()) {
+    atlas.lights = shard.lights;
+    atlas.transfer_degree = transfer_degree_of(shard);
+  }
   if (shard.lights.empty() || shard.lights != atlas.lights) {
     throw std::runtime_error(fmt::format(
         "{}: {} light directions; expected the same {} as in the first shard, at least one", file,
@@ -151,6 +161,11 @@ void check_parts(StreakAtlas& atlas, bool has_env, const std::string& file, cons
   if (shard.env.mean.empty() == has_env) {
     throw std::runtime_error(fmt::format("{}: part env is {}; expected it in all shards or in none",
                                          file, has_env ? "missing" : "there"));
+  }
+  if (transfer_degree_of(shard) != atlas.transfer_degree) {
+    throw std::runtime_error(
+        fmt::format("{}: transfer of degree {} (-1: none); expected {} as in the first shard", file,
+                    transfer_degree_of(shard), atlas.transfer_degree));
   }
 }
 
@@ -189,6 +204,8 @@ void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shar
     layer.point.push_back(make_image(columns * atlas.cell_width_px, rows));
     layer.coverage.push_back(make_image(atlas.cell_width_px, rows));
     if (!shard.env.mean.empty()) layer.env.push_back(make_image(atlas.cell_width_px, rows));
+    const int harmonics = static_cast<int>(shard.transfer.size());
+    if (harmonics > 0) layer.transfer.push_back(make_image(harmonics * atlas.cell_width_px, rows));
   }
   for (std::size_t i = 0; i < shard.light.size(); ++i) {
     put_cell(layer.point[0], cell_rect(atlas, view, static_cast<int>(i), 0), shard.light[i]);
@@ -196,6 +213,9 @@ void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shar
   const CellRect cell = cell_rect(atlas, view, 0, 0);
   if (!layer.env.empty()) put_cell(layer.env[0], cell, shard.env);
   put_cell(layer.coverage[0], cell, shard.coverage);
+  for (std::size_t i = 0; i < shard.transfer.size(); ++i) {
+    put_cell(layer.transfer[0], cell_rect(atlas, view, static_cast<int>(i), 0), shard.transfer[i]);
+  }
 }
 
 }  // namespace
@@ -204,6 +224,7 @@ void keep_one_band(const std::string& file, const std::string& wanted, Shard& sh
   const std::vector<double> weights = band_weights(file, wanted, shard.bands);
   if (shard.bands.size() == 1) return;
   for (StreakImage& image : shard.light) mix_bands(weights, image.mean);
+  for (StreakImage& image : shard.transfer) mix_bands(weights, image.mean);
   mix_bands(weights, shard.env.mean);
 }
 
@@ -257,6 +278,7 @@ StreakAtlas pack_database(const std::string& database_folder, const PackOptions&
     add_mips(layer.point, atlas.levels);
     add_mips(layer.env, atlas.levels);
     add_mips(layer.coverage, atlas.levels);
+    add_mips(layer.transfer, atlas.levels);
     atlas.layers.push_back(std::move(layer));
   }
   return atlas;

@@ -1,6 +1,7 @@
 // The packed form that a renderer reads: one layer per oscillation set; in a layer one cell per
-// (view elevation, light direction) for point light, and one per view for the environment and for
-// coverage.
+// (view elevation, light direction) for point light, one per view and spherical harmonic for any
+// environment where the database has transfer pictures (atlas/transfer.h), and one per view for the
+// uniform environment and for coverage.
 //
 // Mips are made cell by cell (2 x 2 averages inside the cell, zeros beyond its height), cells start
 // at multiples of 2^(levels-1) and their pitch is a multiple of it: no texel of any level mixes two
@@ -8,8 +9,8 @@
 // clamp its taps to the cell (cell_rect below).
 //
 // On disk: DIR/atlas.json (version, tables) and DIR/oscNN.exr, multi-part: point_mip0 .., env_mip0
-// .., coverage_mip0 ..; 32-bit float, ZIP, channel Y. atlas.json is written last and holds the
-// layers' hashes.
+// .., coverage_mip0 .., transfer_mip0 ..; 32-bit float, ZIP, channel Y. atlas.json is written last
+// and holds the layers' hashes.
 #pragma once
 
 #include <string>
@@ -33,6 +34,7 @@ struct AtlasLayer {  // one oscillation set; level -> picture
   std::vector<Image> point = {};     // columns: one cell per light direction
   std::vector<Image> env = {};       // one column of cells; empty where the shards have no env part
   std::vector<Image> coverage = {};  // one column of cells
+  std::vector<Image> transfer = {};  // columns: one cell per harmonic, may be negative; or empty
 };
 
 struct StreakAtlas {
@@ -44,6 +46,7 @@ struct StreakAtlas {
   double exposure_s = 0;
   double fall_speed_m_s = 0;
   double pixel_m = 0;
+  int transfer_degree = -1;                 // of the harmonics, (degree + 1)^2 cells; -1: none
   std::string database_sha256 = {};         // of the manifest it was packed from
   std::vector<LightDirection> lights = {};  // column order
   std::vector<AtlasView> views = {};        // ascending elevation

@@ -19,7 +19,7 @@ TEST(AtlasFiles, AtlasIsReadBackAsItWasWritten) {
   const TemporaryFolder folder;
   for (const bool env : {true, false}) {
     const std::string database = folder / (env ? "with" : "without");
-    write_database(database, {.env = env});
+    write_database(database, {.env = env, .harmonics = env ? 4 : 0});
     const StreakAtlas atlas = pack_database(database);
     write_atlas(folder / "atlas", atlas);
     const StreakAtlas again = read_atlas(folder / "atlas");
@@ -31,6 +31,7 @@ TEST(AtlasFiles, AtlasIsReadBackAsItWasWritten) {
     EXPECT_EQ(again.fall_speed_m_s, atlas.fall_speed_m_s);
     EXPECT_EQ(again.pixel_m, atlas.pixel_m);
     EXPECT_EQ(again.database_sha256, atlas.database_sha256);
+    EXPECT_EQ(again.transfer_degree, env ? 1 : -1);
     EXPECT_EQ(again.lights, atlas.lights);
     ASSERT_EQ(again.views.size(), atlas.views.size());
     for (std::size_t i = 0; i < atlas.views.size(); ++i) {
@@ -47,6 +48,8 @@ TEST(AtlasFiles, AtlasIsReadBackAsItWasWritten) {
       expect_equal(again.layers[i].point, atlas.layers[i].point);
       expect_equal(again.layers[i].env, atlas.layers[i].env);
       expect_equal(again.layers[i].coverage, atlas.layers[i].coverage);
+      EXPECT_EQ(again.layers[i].transfer.size(), env ? 4u : 0u);
+      expect_equal(again.layers[i].transfer, atlas.layers[i].transfer);
     }
   }
 }

@@ -17,6 +17,7 @@ namespace pluvia {
 struct Sample {
   int width_px = 8;
   bool env = true;
+  int harmonics = 0;
   std::vector<int> oscillations = {0, 2};
   std::vector<int> views = {-20, 0, 40};
   std::vector<int> heights = {21, 33, 16};
@@ -47,6 +48,11 @@ inline Shard random_shard(const Sample& sample, int oscillation, std::size_t vie
   }
   if (sample.env) shard.env = random_streak(random, count);
   shard.coverage = random_streak(random, count);
+  for (int i = 0; i < sample.harmonics; ++i) {
+    shard.transfer.push_back(random_streak(random, count));
+    for (std::size_t k = 0; k < shard.transfer.back().mean.size(); k += 3)
+      shard.transfer.back().mean[k] *= -1;
+  }
   return shard;
 }
 

@@ -30,9 +30,10 @@ bool contains(const CellRect& cell, int x, int y) {
 
 TEST(StreakAtlas, EveryPixelOfTheDatabaseIsInItsCellAtLevelZero) {
   const TemporaryFolder folder;
-  const Sample sample;
+  const Sample sample = {.harmonics = 4};
   write_database(folder.path(), sample);
   const StreakAtlas atlas = pack_database(folder.path());
+  EXPECT_EQ(atlas.transfer_degree, 1);
   ASSERT_EQ(atlas.layers.size(), 2u);
   for (std::size_t layer = 0; layer < 2; ++layer) {
     EXPECT_EQ(atlas.layers[layer].oscillation, sample.oscillations[layer]);
@@ -53,6 +54,9 @@ TEST(StreakAtlas, EveryPixelOfTheDatabaseIsInItsCellAtLevelZero) {
       }
       expect_cell(atlas.layers[layer].env[0], 0, shard.env);
       expect_cell(atlas.layers[layer].coverage[0], 0, shard.coverage);
+      for (int i = 0; i < 4; ++i)
+        expect_cell(atlas.layers[layer].transfer[0], i,
+                    shard.transfer[static_cast<std::size_t>(i)]);
     }
   }
 }
@@ -222,6 +226,12 @@ TEST(StreakAtlas, ShardsWithOtherPartsThanTheFirstAreRefused) {
                                 if (is_last(shard)) shard.env = shard.coverage;
                               }),
               StartsWith("shards/d3200_osc02_v+40.exr: part env is there; expected it in all"));
+  EXPECT_THAT(packing_message({.harmonics = 4},
+                              [](Shard& shard) {
+                                if (is_last(shard)) shard.transfer.resize(1);
+                              }),
+              StartsWith("shards/d3200_osc02_v+40.exr: transfer of degree 0 (-1: none); expected "
+                         "1 as in the first"));
   EXPECT_THAT(packing_message({},
                               [](Shard& shard) {
                                 shard.lights = {};
