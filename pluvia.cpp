@@ -213,6 +213,7 @@ void import_layout(const ImportFlags& flags) {
 
 struct QualityFlags {  // of a frame
   std::string lookup = "view-linear", packets = "automatic";
+  int sky_degree = pluvia::RenderOptions{}.sky_degree;
 };
 
 struct RenderFlags {
@@ -234,7 +235,9 @@ pluvia::RenderOptions render_options(const QualityFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  return {.packets = {.scheme = schemes.at(flags.packets)}, .lookup = lookups.at(flags.lookup)};
+  return {.packets = {.scheme = schemes.at(flags.packets)},
+          .lookup = lookups.at(flags.lookup),
+          .sky_degree = flags.sky_degree};
 }
 
 void render(const RenderFlags& flags) {
@@ -563,6 +566,13 @@ CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
 void add_quality(CLI::App& command, QualityFlags& flags) {
   command.add_option("--lookup", flags.lookup, "cells that a streak mixes for a light: 1, 2 or 8")
       ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--sky-degree", flags.sky_degree,
+          "spherical harmonics by which streaks see an environment map, as far as the atlas "
+          "has them; 0: its mean from everywhere")
+      ->check(CLI::Range(0, 8))
       ->capture_default_str();
   command.add_option("--packets", flags.packets, "in which drops are selected; the same picture")
       ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))

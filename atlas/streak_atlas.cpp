@@ -239,20 +239,19 @@ CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
           .height = (row.height_px + (1 << level) - 1) >> level};
 }
 
-const Image& finest_picture(const StreakAtlas& atlas, int layer, int cell) {
+AtlasCell finest_cell(const StreakAtlas& atlas, int layer, int cell, int sky_cells) {
+  assert(cell >= 0 && cell < cells_per_layer(atlas, sky_cells));
   const AtlasLayer& set = atlas.layers.at(static_cast<std::size_t>(layer));
   const int lights = static_cast<int>(atlas.lights.size());
-  const bool environment = cell == lights;
-  const std::vector<Image>& levels = cell < lights ? set.point
-                                     : environment ? set.env
-                                                   : set.coverage;
-  if (levels.empty())
+  const auto picture = [&](const std::vector<Image>& levels, const char* kind) -> const Image& {
+    if (!levels.empty()) return levels.front();
     throw std::runtime_error(fmt::format("atlas: oscillation {} has no picture of {}; expected one",
-                                         set.oscillation,
-                                         cell < lights ? "point light"
-                                         : environment ? "environment"
-                                                       : "coverage"));
-  return levels.front();
+                                         set.oscillation, kind));
+  };
+  if (cell < lights) return {picture(set.point, "point light"), cell};
+  if (cell == lights + sky_cells) return {picture(set.coverage, "coverage"), 0};
+  if (sky_cells == 1) return {picture(set.env, "environment"), 0};
+  return {picture(set.transfer, "harmonics"), cell - lights};
 }
 
 StreakAtlas pack_database(const std::string& database_folder, const PackOptions& options) {

@@ -60,9 +60,19 @@ struct CellRect {
 // Height is ceil(height_px / 2^level).
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level);
 
-// The picture of level 0 that holds a kind of cell of a layer: `cell` is the index of a light, then
-// comes the environment, then coverage. Throws std::runtime_error when the atlas has none.
-const Image& finest_picture(const StreakAtlas& atlas, int layer, int cell);
+// The cells of a layer for a reader: its lights, then those of the sky, then coverage. The sky's: 0
+// for none, 1 for the uniform environment, else so many of the harmonics.
+inline int cells_per_layer(const StreakAtlas& atlas, int sky_cells) {
+  return static_cast<int>(atlas.lights.size()) + sky_cells + 1;
+}
+
+struct AtlasCell {
+  const Image& picture;  // of level 0
+  int column = 0;        // for cell_rect
+};
+
+// Throws std::runtime_error when the atlas has no such picture.
+AtlasCell finest_cell(const StreakAtlas& atlas, int layer, int cell, int sky_cells);
 
 // What of a database to pack. A renderer reads one size and one band.
 struct PackOptions {

@@ -115,6 +115,7 @@ std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop
   placed.depth_m = m.z();
   placed.distance_m = m.norm();
   placed.view_elevation_deg = std::atan2(frame.sin_view, frame.cos_view) * degrees;
+  placed.world_from_drop << frame.x, frame.y, frame.z;
   for (const Light& light : scene.lights) {
     const Illumination lit = illumination(light, middle);
     if (inside_lamp(light, lit, drop.r0_m)) return {};

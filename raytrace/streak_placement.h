@@ -61,13 +61,14 @@ struct StreakPlacement {
   double path_rows = 0;  // T * speed * cos(view elevation) / (pixel_m r0 / mean_radius_m), at least
                          // 0.01: else all flux of a drop seen along its fall lies at one row, and
                          // on the border of two pixels rounding may give it to both or to none
-  double clip_row = 0;    // rows beyond are not drawn: the drop has hit the ground there, or the
-                          // shutter has closed; infinity when neither happens in the segment
+  double clip_row = 0;   // rows beyond are not drawn: the drop has hit the ground there, or the
+                         // shutter has closed; infinity when neither happens in the segment
   double time_share = 1;  // T / camera exposure: what the picture's values count
   double depth_m = 0;     // of mid path, along the camera's axis
   double distance_m = 0;  // of mid path
   double view_elevation_deg = 0;
-  std::vector<LitStreak> lights = {};  // in order of scene.lights
+  Eigen::Matrix3d world_from_drop = Eigen::Matrix3d::Identity();  // columns x, y, z as below
+  std::vector<LitStreak> lights = {};                             // in order of scene.lights
 };
 
 // A segment of a drop's streak. pixel = pixel_m r0 / mean_radius_m. With P0, P1 the centre at the

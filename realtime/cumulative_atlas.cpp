@@ -12,10 +12,10 @@
 namespace pluvia {
 namespace {
 
-// Sets the spans and returns how many sums there are.
-std::int64_t lay_out(const StreakAtlas& atlas, const LevelRange& levels,
+// Sets the spans of so many cells a layer, and returns how many places they have.
+std::int64_t lay_out(const StreakAtlas& atlas, const LevelRange& levels, int cells_per_layer,
                      std::vector<CumulativeSpan>& spans) {
-  const auto cells = static_cast<std::int64_t>(atlas.layers.size() * (atlas.lights.size() + 2));
+  const auto cells = static_cast<std::int64_t>(atlas.layers.size()) * cells_per_layer;
   std::int64_t next = 0;
   for (int level = 0; level < atlas.levels; ++level) {
     const auto begin = spans.size();
@@ -58,55 +58,87 @@ void matched_strip(const std::vector<double>& weights, float* strip) {
   strip[1] = static_cast<float>(std::min({half, mean, 1 - mean}));
 }
 
-void sum_columns(const Image& picture, const CellRect& cell, int level, float* sums) {
+// The sums of one cell, `step` floats apart. strip_cell: the one whose light tells where in a
+// column it is.
+void sum_columns(const Image& picture, const CellRect& cell, const CellRect& strip_cell, int level,
+                 std::ptrdiff_t step, float* sums) {
   const int merged = 1 << level;
   std::vector<double> weights(static_cast<std::size_t>(merged));
   for (int x = 0; x < cell.width; x += merged) {
     double sum = 0;
     std::fill(weights.begin(), weights.end(), 0.0);
-    *sums++ = 0;
+    *sums = 0;
+    sums += step;
     for (int y = 0; y < cell.height; ++y) {
       for (int i = 0; i < merged; ++i) {
-        const double value = picture.at(cell.x + x + i, cell.y + y);
-        weights[static_cast<std::size_t>(i)] += value;
-        sum += value;
+        weights[static_cast<std::size_t>(i)] += picture.at(strip_cell.x + x + i, strip_cell.y + y);
+        sum += picture.at(cell.x + x + i, cell.y + y);
       }
-      *sums++ = static_cast<float>(std::ldexp(sum, -level));
+      *sums = static_cast<float>(std::ldexp(sum, -level));
+      sums += step;
     }
-    matched_strip(weights, sums);
-    sums += 2;
+    float strip[2] = {};
+    matched_strip(weights, strip);
+    *sums = strip[0], sums += step;
+    *sums = strip[1], sums += step;
   }
 }
 
-void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool environment,
-               CumulativeAtlas& result) {
-  const int lights = static_cast<int>(atlas.lights.size());
+std::int64_t place_of(const CumulativeSpan& span, int layer, int cells_per_layer, int cell) {
+  return span.first + (static_cast<std::int64_t>(layer) * cells_per_layer + cell) *
+                          static_cast<std::int64_t>(span.cell_stride);
+}
+
+// One layer and level.
+struct Job {
+  int layer = 0, level = 0;
+};
+
+void sum_layer(const StreakAtlas& atlas, const Job& job, bool uniform, CumulativeAtlas& result) {
+  const int cells = cells_per_layer(atlas, uniform);
   const int views = static_cast<int>(atlas.views.size());
   for (int view = 0; view < views; ++view) {
-    const CumulativeSpan& span = result.spans[static_cast<std::size_t>(level * views + view)];
-    for (int cell = 0; cell < lights + 2; ++cell) {
-      if (cell == lights && !environment) continue;
-      const std::int64_t first =
-          span.first + (static_cast<std::int64_t>(layer_index) * (lights + 2) + cell) *
-                           static_cast<std::int64_t>(span.cell_stride);
-      sum_columns(finest_picture(atlas, layer_index, cell),
-                  cell_rect(atlas, view, cell < lights ? cell : 0, 0), level,
-                  result.sums.data() + first);
+    const CumulativeSpan& span = result.spans[static_cast<std::size_t>(job.level * views + view)];
+    for (int i = 0; i < cells; ++i) {
+      const AtlasCell cell = finest_cell(atlas, job.layer, i, uniform);
+      const CellRect rect = cell_rect(atlas, view, cell.column, 0);
+      sum_columns(cell.picture, rect, rect, job.level, 1,
+                  result.sums.data() + place_of(span, job.layer, cells, i));
     }
+  }
+}
+
+void sum_sky(const StreakAtlas& atlas, const Job& job, int harmonics, CumulativeAtlas& result) {
+  const int lights = static_cast<int>(atlas.lights.size());
+  const Image& picture = finest_cell(atlas, job.layer, lights, harmonics).picture;
+  const int views = static_cast<int>(atlas.views.size());
+  for (int view = 0; view < views; ++view) {
+    const CumulativeSpan& span =
+        result.sky_spans[static_cast<std::size_t>(job.level * views + view)];
+    for (int i = 0; i < harmonics; ++i)
+      sum_columns(picture, cell_rect(atlas, view, i, 0), cell_rect(atlas, view, 0, 0), job.level, 4,
+                  result.sky_sums.data() +
+                      4 * place_of(span, job.layer, sky_quads(harmonics), i / 4) + i % 4);
   }
 }
 
 }  // namespace
 
 CumulativeAtlas cumulative_atlas(const StreakAtlas& atlas, const LevelRange& levels,
-                                 bool environment) {
+                                 int sky_cells) {
   assert(0 <= levels.finest && levels.finest <= levels.coarsest && levels.coarsest < atlas.levels);
   CumulativeAtlas result;
-  const std::int64_t count = lay_out(atlas, levels, result.spans);
-  result.sums.resize(static_cast<std::size_t>(count));
+  const bool uniform = sky_cells == 1, harmonics = sky_cells > 1;
+  const int cells = cells_per_layer(atlas, uniform);
+  result.sums.resize(static_cast<std::size_t>(lay_out(atlas, levels, cells, result.spans)));
+  if (harmonics)
+    result.sky_sums.resize(4 * static_cast<std::size_t>(
+                                   lay_out(atlas, levels, sky_quads(sky_cells), result.sky_spans)));
   const int layers = static_cast<int>(atlas.layers.size());
-  tbb::parallel_for(0, layers * (levels.coarsest - levels.finest + 1), [&](int job) {
-    sum_layer(atlas, job % layers, levels.finest + job / layers, environment, result);
+  tbb::parallel_for(0, layers * (levels.coarsest - levels.finest + 1), [&](int i) {
+    const Job job = {.layer = i % layers, .level = levels.finest + i / layers};
+    sum_layer(atlas, job, uniform, result);
+    if (harmonics) sum_sky(atlas, job, sky_cells, result);
   });
   return result;
 }

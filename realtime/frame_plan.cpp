@@ -61,6 +61,7 @@ std::string plan_text(const FramePlan& plan) {
     all += bytes_of(pass);
     text += fmt::format("{:<12} {:>12} bytes  shaders {}\n", pass.name, bytes_of(pass),
                         fmt::join(pass.shaders, ", "));
+    for (const std::string& note : pass.notes) text += fmt::format("  {}\n", note);
     for (const PlannedResource& resource : pass.resources)
       text += fmt::format("  {:<28} {:>12}\n", resource.name, resource.bytes);
   }
@@ -77,6 +78,7 @@ std::string costs_json(const FramePlan& plan, const std::vector<std::vector<Pass
                             {"bytes", bytes_of(pass)},
                             {"shaders", pass.shaders},
                             {"resources", resources}});
+    if (!pass.notes.empty()) json["plan"].back()["notes"] = pass.notes;
   }
   json["frames"] = nlohmann::ordered_json::array();
   for (const std::vector<PassCost>& frame : frames) {

@@ -21,6 +21,7 @@ struct PlannedPass {
   std::string name = {};                        // "surfaces", "shadows", "rain", ..
   std::vector<std::string> shaders = {};        // files of realtime/shaders, each once
   std::vector<PlannedResource> resources = {};  // buffers and textures
+  std::vector<std::string> notes = {};  // what of the scene it shows in a lesser way, or how
 
   void add(const ShaderProgram& program);
   void add(const std::string& resource, const GlBuffer& buffer);  // nothing for one never made

@@ -16,15 +16,17 @@ constexpr int sums_width = 4096, sums_height = 1024;  // a layer of a long array
 
 struct GpuSums {  // realtime/cumulative_atlas.h
   LevelRange levels = {};
-  bool environment = false;  // the environment's cells are there
-  GlTexture sums = {};       // R32F, one long array folded into layers
+  int sky_cells = 0;        // realtime/cumulative_atlas.h
+  GlTexture sums = {};      // R32F, one long array folded into layers
+  GlTexture sky_sums = {};  // RGBA32F, of harmonics
+  GlBuffer sky_spans = {};
   GlBuffer spans = {};
   std::size_t bytes = 0;
 };
 
 struct GpuProfiles {  // realtime/streak_profiles.h
   int first = 0, levels = 0;
-  bool environment = false;
+  int sky_cells = 0;
   GlTexture profiles = {};  // RGBA32F, folded alike
   GlBuffer spans = {};
 };
@@ -37,9 +39,9 @@ struct GpuAtlas {  // what a pass has made of it; nullptr: nothing
 // What is kept where it has all that is asked for (nullptr: nothing is kept), else a new one. kept
 // must be of the same atlas. Throw as cumulative_atlas and streak_profiles do.
 std::shared_ptr<const GpuSums> upload_sums(const StreakAtlas& atlas, const LevelRange& levels,
-                                           bool environment, std::shared_ptr<const GpuSums> kept);
+                                           int sky_cells, std::shared_ptr<const GpuSums> kept);
 std::shared_ptr<const GpuProfiles> upload_profiles(const StreakAtlas& atlas, int first,
-                                                   bool environment,
+                                                   int sky_cells,
                                                    std::shared_ptr<const GpuProfiles> kept);
 
 }  // namespace pluvia

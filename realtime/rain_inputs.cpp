@@ -9,6 +9,7 @@
 
 #include "atlas/atlas_lookup.h"
 #include "raytrace/rain_fog.h"
+#include "raytrace/spherical_harmonics.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
@@ -84,6 +85,9 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (!(options.max_texel_px > 0) || !std::isfinite(options.max_texel_px))
     throw std::runtime_error(
         fmt::format("max_texel_px = {}; expected a number > 0", options.max_texel_px));
+  if (options.sky_degree < 0 || options.sky_degree > highest_harmonic_degree)
+    throw std::runtime_error(fmt::format("sky_degree = {}; expected 0 .. {}", options.sky_degree,
+                                         highest_harmonic_degree));
   if (options.finest_level < 0 || options.finest_level >= atlas.levels)
     throw std::runtime_error(
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
@@ -118,6 +122,44 @@ int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
   const double level = std::floor(std::log2(options.max_texel_px / widest_px));
   return std::max(options.finest_level,
                   static_cast<int>(std::clamp<double>(level, 0, coarsest_level(atlas))));
+}
+
+int sky_degree(const StreakAtlas& atlas, const RenderOptions& options) {
+  return std::max(0, std::min(options.sky_degree, atlas.transfer_degree));
+}
+
+int sky_cells(const SkyLight& sky) {
+  const bool dark = degree_of(sky) == 0 && !(sky.coefficients.array() > 0).any();
+  return dark ? 0 : static_cast<int>(sky.coefficients.rows());
+}
+
+int degree_of_cells(int cells) {
+  return std::max(0, static_cast<int>(std::lround(std::sqrt(cells))) - 1);
+}
+
+std::vector<std::string> sky_notes(const Scene& scene, const StreakAtlas& atlas,
+                                   const RenderOptions& options, const SkyLight& sky) {
+  if (scene.environment.map_file.empty()) return {};
+  std::string note = fmt::format("streaks see the sky in {} spherical harmonics (degree {})",
+                                 sky.coefficients.rows(), degree_of(sky));
+  if (degree_of(sky) == 0) note = "streaks see the mean of the sky from everywhere";
+  if (atlas.transfer_degree < options.sky_degree)
+    note += atlas.transfer_degree < 0
+                ? ": the atlas has no transfer pictures (transfer_degree in the preset)"
+                : fmt::format(": the atlas has them to degree {}", atlas.transfer_degree);
+  return {note};
+}
+
+std::vector<glm::vec4> gpu_sky(const SkyLight& sky, const RainSpace& space) {
+  std::vector<glm::vec4> values;
+  for (const RainSizeSpace& size : space.sizes) {
+    Eigen::Matrix3d world_from_fall;
+    world_from_fall << size.frame.x, size.frame.y, size.frame.z;
+    const SkyLight seen = seen_from(sky, world_from_fall);
+    for (Eigen::Index i = 0; i < seen.coefficients.rows(); ++i)
+      values.push_back(to_glm(seen.coefficients.row(i).transpose(), 0));
+  }
+  return values;
 }
 
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <glm/vec4.hpp>
@@ -11,6 +12,7 @@
 #include "raytrace/rain_packets.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
+#include "raytrace/sky_light.h"
 #include "raytrace/streak_placement.h"
 #include "realtime/gpu_scene.h"
 #include "realtime/rain_renderer.h"
@@ -64,6 +66,22 @@ int coarsest_level(const StreakAtlas& atlas);
 // The finest level that any streak of the scene can need: the nearest is as near as the rain's box,
 // 0.1 m at least, in the picture's corner.
 int finest_level_needed(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+// To which degree streaks see the environment: what the options ask for, or the atlas's harmonics
+// where they end below it; 0, its mean from everywhere, where the atlas has none.
+int sky_degree(const StreakAtlas& atlas, const RenderOptions& options);
+
+// Cells of the atlas that a streak mixes for the sky: none in the dark, 1 for a uniform one, else
+// its harmonics. degree_of_cells: the degree of so many harmonics.
+int sky_cells(const SkyLight& sky);
+int degree_of_cells(int cells);
+
+// How streaks are lit by a map, and why not by more of it.
+std::vector<std::string> sky_notes(const Scene& scene, const StreakAtlas& atlas,
+                                   const RenderOptions& options, const SkyLight& sky);
+
+// [size * cells + l^2 + l + m], in the frame of each size's fall.
+std::vector<glm::vec4> gpu_sky(const SkyLight& sky, const RainSpace& space);
 
 // What no frame changes.
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,

@@ -38,6 +38,9 @@ enum Binding : GLuint {
   light_rows_at,
   light_entries_at,
   light_candidates_at,
+  sky_at,
+  sky_spans_at,
+  sky_streaks_at,
   shadow_views_at,
   profile_spans_at,
   splat_sums_at,
@@ -47,6 +50,7 @@ enum Binding : GLuint {
 enum TextureUnit : GLuint {
   shadow_maps_at,
   sums_at,
+  sky_sums_at,
   profiles_at,
   scene_depth_at,
   point_pictures_at,
@@ -59,6 +63,8 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"DENSITY", pass.densities.id() ? "1" : "0"},
                        {"TAPS", std::to_string(pass.taps)},
                        {"VIEW_TAPS", std::to_string(pass.view_taps)},
+                       {"SKY_CELLS", std::to_string(pass.sky_cells)},
+                       {"SKY_DEGREE", std::to_string(degree_of_cells(pass.sky_cells))},
                        {"GROUP_SIZE", std::to_string(group_size)},
                        {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
@@ -87,6 +93,10 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
       {"LIGHT_ROWS", light_rows_at},
       {"LIGHT_ENTRIES", light_entries_at},
       {"LIGHT_CANDIDATES", light_candidates_at},
+      {"SKY", sky_at},
+      {"SKY_SPANS", sky_spans_at},
+      {"SKY_STREAKS", sky_streaks_at},
+      {"SKY_SUMS", sky_sums_at},
       {"SHADOW_VIEWS", shadow_views_at},
       {"SHADOW_MAPS", shadow_maps_at},
       {"CUMULATIVE", sums_at},
@@ -130,6 +140,12 @@ void bind_inputs(const RainPass& pass) {
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
+  }
+  if (pass.sky.id()) {
+    bind_storage(sky_at, pass.sky);
+    bind_storage(sky_spans_at, pass.atlas->sky_spans);
+    bind_storage(sky_streaks_at, pass.sky_streaks);
+    glBindTextureUnit(sky_sums_at, pass.atlas->sky_sums.id());
   }
   glBindTextureUnit(sums_at, pass.atlas->sums.id());
 }
@@ -206,20 +222,28 @@ StreakCounts sum_groups(const RainPass& pass) {
   return total;
 }
 
+std::size_t lit_per_streak(const RainPass& pass) {  // rain_streaks.glsl
+  return static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps + (pass.sky_cells == 1));
+}
+
 void reserve_records(RainPass& pass, std::size_t streaks) {
   if (streaks <= pass.capacity) return;
   const std::size_t capacity = streaks + streaks / 4;  // the next frames may show a few more
-  const auto lights = static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps);
+  const std::size_t cells = lit_per_streak(pass);
   const std::size_t bytes =
-      capacity * std::max(sizeof(StreakRecord), lights * sizeof(LitStreakRecord));
+      capacity * std::max(sizeof(StreakRecord), cells * sizeof(LitStreakRecord));
   GLint64 largest = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
   if (bytes > static_cast<std::size_t>(largest))
-    throw std::runtime_error(fmt::format(
-        "rain: {} streaks in view with {} lights need {} bytes; expected at most {} on this OpenGL",
-        streaks, lights, bytes, largest));
+    throw std::runtime_error(
+        fmt::format("rain: {} streaks in view, each lit by {} cells, need {} bytes; expected at "
+                    "most {} on this "
+                    "OpenGL",
+                    streaks, cells, bytes, largest));
   pass.streaks = make_buffer(nullptr, capacity * sizeof(StreakRecord));
-  pass.lit_streaks = make_buffer(nullptr, capacity * lights * sizeof(LitStreakRecord));
+  pass.lit_streaks = make_buffer(nullptr, capacity * cells * sizeof(LitStreakRecord));
+  if (pass.sky_cells > 1)
+    pass.sky_streaks = make_buffer(nullptr, capacity * sizeof(SkyOfStreakRecord));
   pass.capacity = capacity;
 }
 
@@ -266,7 +290,7 @@ StreakCounts count_streaks(RainPass& pass) {
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
-                        const RenderOptions& options, const glm::vec4& environment,
+                        const RenderOptions& options, const SkyLight& sky,
                         const ScenePass& surfaces, const ShadowPass& shadows,
                         const GpuAtlas& kept) {
   check_rain_inputs(scene, atlas, options);
@@ -276,11 +300,13 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
-  // w tells the shader whether there is anything to look up.
-  const bool lit = environment.x > 0 || environment.y > 0 || environment.z > 0;
-  pass.uniforms.environment = {environment.x, environment.y, environment.z, lit ? 1.0f : 0.0f};
-  pass.atlas = upload_sums(
-      atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z}, lit, kept.sums);
+  pass.uniforms.environment = to_glm(mean_radiance(sky), 0);
+  pass.sky_cells = sky_cells(sky);
+  pass.notes = sky_notes(scene, atlas, options, sky);
+  pass.atlas =
+      upload_sums(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z},
+                  pass.sky_cells, kept.sums);
+  if (pass.sky_cells > 1) pass.sky = make_buffer(gpu_sky(sky, space));
   if (!scene.rain.density.share.empty())
     pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
   pass.top_heights = upload_values("top heights", gpu_top_heights(space));
@@ -306,13 +332,13 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   if (options.path == RainPath::billboards_2010) {
     if (pass.taps > 1)
       throw std::runtime_error("billboards: lookup trilinear; expected nearest or view-linear");
-    pass.billboards = make_billboard_pass(scene, atlas, lit);
+    pass.billboards = make_billboard_pass(scene, atlas, pass.sky_cells > 0);
     pass.billboards.program = build_program({"billboard.vert", "billboard.geom", "billboard.frag"},
                                             defines(!shadows.empty(), pass));
     return pass;
   }
   SplatUniforms splat;
-  pass.splat = make_rain_splat(scene, atlas, options, lit, kept.profiles, splat);
+  pass.splat = make_rain_splat(scene, atlas, options, pass.sky_cells, kept.profiles, splat);
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
   pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
@@ -377,7 +403,7 @@ void draw_rain(const RainPass& pass) {
 }
 
 PlannedPass plan_of(const RainPass& pass) {
-  PlannedPass plan = {.name = "rain"};
+  PlannedPass plan = {.name = "rain", .notes = pass.notes};
   for (const ShaderProgram* program : {&pass.count, &pass.place, &pass.draw}) plan.add(*program);
   plan_splat(pass.splat, plan);
   plan_billboards(pass.billboards, plan);
@@ -394,6 +420,10 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: rows of lights", pass.light_rows);
   plan.add("atlas: lights of rows", pass.light_entries);
   plan.add("atlas: lights by direction", pass.light_candidates);
+  plan.add("sky", pass.sky);
+  plan.add("sky of streaks", pass.sky_streaks);
+  plan.add("atlas: spans of the sky", pass.atlas->sky_spans);
+  plan.add("atlas: sums of the sky", pass.atlas->sky_sums);
   plan.add("atlas: layers", pass.atlas_layers);
   plan.add("atlas: views", pass.atlas_views);
   plan.add("atlas: spans", pass.atlas->spans);
@@ -409,8 +439,15 @@ StreakRecords read_records(const RainPass& pass) {
   StreakRecords records;
   const auto streaks = static_cast<std::size_t>(pass.uniforms.sizes.w);
   records.streaks.resize(streaks);
-  records.lit.resize(streaks * static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps));
+  records.lit_per_streak = lit_per_streak(pass);
+  records.lit.resize(streaks * records.lit_per_streak);
   if (streaks == 0) return records;
+  if (pass.sky_cells > 1) {
+    records.sky.resize(streaks);
+    glGetNamedBufferSubData(pass.sky_streaks.id(), 0,
+                            static_cast<GLsizeiptr>(streaks * sizeof(SkyOfStreakRecord)),
+                            records.sky.data());
+  }
   glGetNamedBufferSubData(pass.streaks.id(), 0,
                           static_cast<GLsizeiptr>(streaks * sizeof(StreakRecord)),
                           records.streaks.data());

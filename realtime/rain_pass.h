@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "atlas/streak_atlas.h"
 #include "raytrace/rain_packets.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
+#include "raytrace/sky_light.h"
 #include "realtime/billboard_pass.h"
 #include "realtime/gl_objects.h"
 #include "realtime/gpu_atlas.h"
@@ -38,25 +40,29 @@ struct RainPass {
   GlBuffer group_starts = {}, streaks = {}, lit_streaks = {};
   GlBuffer lights = {}, atlas_lights = {}, atlas_layers = {}, atlas_views = {};
   GlBuffer light_rows = {}, light_entries = {};  // with eight taps
+  GlBuffer sky = {}, sky_streaks = {};           // of one that differs by direction
   GlBuffer quad_indices = {};
-  GlBuffer light_candidates = {};  // with one
-  BillboardPass billboards = {};   // empty: streaks
-  RainSplat splat = {};            // empty: every streak is a quad
-  GLuint scene_depth_m = 0;        // the surfaces'
-  int taps = 1;                    // lit records of a streak and light
-  int view_taps = 2;               // views that a streak mixes
-  GlTexture sum = {};              // of all streaks: RGBA32F, weighted radiance and tau
-  GlTexture coverage = {};         // R32F, weighted coverage
-  GlTexture seen = {};  // RGBA32F: what they add to the picture (realtime/composite_pass.h)
+  GlBuffer light_candidates = {};       // with one
+  BillboardPass billboards = {};        // empty: streaks
+  RainSplat splat = {};                 // empty: every streak is a quad
+  GLuint scene_depth_m = 0;             // the surfaces'
+  int taps = 1;                         // lit records of a streak and light
+  std::vector<std::string> notes = {};  // what the plan should say
+  int sky_cells = 0;        // of the sky, that a streak mixes: none, uniform, or its harmonics
+  int view_taps = 2;        // views that a streak mixes
+  GlTexture sum = {};       // of all streaks: RGBA32F, weighted radiance and tau
+  GlTexture coverage = {};  // R32F, weighted coverage
+  GlTexture seen = {};      // RGBA32F: what they add to the picture (realtime/composite_pass.h)
   GlFramebuffer target = {};
   GlVertexArray quads = {};
   ShaderProgram count = {}, place = {}, draw = {}, centres = {};
 };
 
-// kept: of an earlier pass of the same atlas (realtime/gpu_atlas.h). Throws std::runtime_error when
-// scene and atlas do not agree or do not fit this OpenGL.
+// sky: of at most sky_degree's degree (realtime/rain_inputs.h). kept: of an earlier pass of the
+// same atlas (realtime/gpu_atlas.h). Throws std::runtime_error when scene and atlas do not agree or
+// do not fit this OpenGL.
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
-                        const RenderOptions& options, const glm::vec4& environment,
+                        const RenderOptions& options, const SkyLight& sky,
                         const ScenePass& surfaces, const ShadowPass& shadows,
                         const GpuAtlas& kept = {});
 

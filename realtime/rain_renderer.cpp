@@ -8,6 +8,7 @@
 #include "atlas/image_io.h"
 #include "realtime/composite_pass.h"
 #include "realtime/fog_pass.h"
+#include "realtime/rain_inputs.h"
 #include "realtime/rain_pass.h"
 #include "realtime/splash_pass.h"
 
@@ -83,8 +84,10 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
   state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
-    state.rain = make_rain_pass(scene, state.space, atlas, options, environment, state.surfaces,
-                                state.shadows, kept);
+    state.rain = make_rain_pass(
+        scene, state.space, atlas, options,
+        sky_light(scene.environment, map ? &*map : nullptr, sky_degree(atlas, options)),
+        state.surfaces, state.shadows, kept);
   if (scene.splashes && state.streaks())
     state.splashes = make_splash_pass(scene, state.space, *state.rain, state.shadows);
   if (scene.fog)

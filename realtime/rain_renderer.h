@@ -1,10 +1,11 @@
 // Rain in a scene, rendered with OpenGL 4.5 core, without a window (EGL, surfaceless) or for one.
 //
 // A frame is: the scene (colour and depth), then rain over it,
-//   C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env
-// with S and coverage looked up in the atlas by view and light angles of each drop
-// (atlas_lookup.h), streaks seen past each other (realtime/shaders/composite.frag). All pictures
-// are linear Rec.709 radiance in cd/m^2, row 0 at the top.
+//   C = (1 - coverage) B + sum_lights E_l S_l + sum_sky c_k S_k
+// (the sky: its mean times the picture under uniform light, or its spherical harmonics, one for
+// one, raytrace/sky_light.h) with S and coverage looked up in the atlas by view and light angles of
+// each drop (atlas_lookup.h), streaks seen past each other (realtime/shaders/composite.frag). All
+// pictures are linear Rec.709 radiance in cd/m^2, row 0 at the top.
 #pragma once
 
 #include <cstddef>
@@ -45,6 +46,9 @@ struct RenderOptions {
   double widest_splat_px = 1;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
+  // To which degree of spherical harmonics streaks see an environment map, 0 .. 8, as far as the
+  // atlas has their pictures: (degree + 1)^2 cells a streak; 0: its mean from everywhere.
+  int sky_degree = 3;
 
   bool operator==(const RenderOptions&) const = default;
 };

@@ -29,14 +29,14 @@ double brightest_per_lux(const StreakAtlas& atlas) {
 }  // namespace
 
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, bool environment,
+                          const RenderOptions& options, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms) {
   if (!(options.widest_splat_px >= 0 && options.widest_splat_px <= 16))
     throw std::runtime_error(
         fmt::format("widest_splat_px = {}; expected 0 .. 16", options.widest_splat_px));
   if (options.widest_splat_px == 0) return {};
   RainSplat splat;
-  splat.atlas = upload_profiles(atlas, finest_profile(atlas, options.widest_splat_px), environment,
+  splat.atlas = upload_profiles(atlas, finest_profile(atlas, options.widest_splat_px), sky_cells,
                                 std::move(kept));
   splat.width = scene.camera.width_px, splat.height = scene.camera.height_px;
   splat.widest_px = options.widest_splat_px;

@@ -48,7 +48,7 @@ struct SplatUniforms {  // of RainUniforms
 // kept: of an earlier pass of the same atlas. The program comes from the rain pass. Throws
 // std::runtime_error for options out of range.
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, bool environment,
+                          const RenderOptions& options, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms);
 
 void clear_splat(const RainSplat& splat);

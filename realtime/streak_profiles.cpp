@@ -18,8 +18,9 @@ struct HalfSums {
   std::array<double, 2> flux = {}, moment = {}, square = {};  // square: in cell widths, squared
 };
 
-std::int64_t lay_out(const StreakAtlas& atlas, StreakProfiles& profiles) {
-  const auto cells = static_cast<std::int64_t>(atlas.layers.size() * (atlas.lights.size() + 2));
+std::int64_t lay_out(const StreakAtlas& atlas, int sky_cells, StreakProfiles& profiles) {
+  const auto cells =
+      static_cast<std::int64_t>(atlas.layers.size()) * cells_per_layer(atlas, sky_cells);
   std::int64_t next = 0;
   int longest = 0;
   do {
@@ -80,19 +81,17 @@ void sum_cell(const Image& picture, const CellRect& cell, const ProfileSpan& spa
   put(span.bins);
 }
 
-void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool environment,
+void sum_layer(const StreakAtlas& atlas, int layer_index, int level, int sky_cells,
                StreakProfiles& profiles) {
-  const int lights = static_cast<int>(atlas.lights.size());
+  const int cells = cells_per_layer(atlas, sky_cells);
   const int views = static_cast<int>(atlas.views.size());
   for (int view = 0; view < views; ++view) {
     const ProfileSpan& span = profiles.spans[static_cast<std::size_t>(level * views + view)];
-    for (int cell = 0; cell < lights + 2; ++cell) {
-      if (cell == lights && !environment) continue;
-      const std::int64_t first =
-          span.first + (static_cast<std::int64_t>(layer_index) * (lights + 2) + cell) *
-                           static_cast<std::int64_t>(span.cell_stride);
-      sum_cell(finest_picture(atlas, layer_index, cell),
-               cell_rect(atlas, view, cell < lights ? cell : 0, 0), span,
+    for (int i = 0; i < cells; ++i) {
+      const std::int64_t first = span.first + (static_cast<std::int64_t>(layer_index) * cells + i) *
+                                                  static_cast<std::int64_t>(span.cell_stride);
+      const AtlasCell cell = finest_cell(atlas, layer_index, i, sky_cells);
+      sum_cell(cell.picture, cell_rect(atlas, view, cell.column, 0), span,
                1 << (profiles.first + level), profiles.values.data() + 4 * first);
     }
   }
@@ -100,14 +99,14 @@ void sum_layer(const StreakAtlas& atlas, int layer_index, int level, bool enviro
 
 }  // namespace
 
-StreakProfiles streak_profiles(const StreakAtlas& atlas, int first, bool environment) {
+StreakProfiles streak_profiles(const StreakAtlas& atlas, int first, int sky_cells) {
   assert(first >= 0);
   StreakProfiles profiles = {.first = first};
-  const std::int64_t count = lay_out(atlas, profiles);
+  const std::int64_t count = lay_out(atlas, sky_cells, profiles);
   profiles.values.resize(4 * static_cast<std::size_t>(count));
   const int layers = static_cast<int>(atlas.layers.size());
   tbb::parallel_for(0, layers * profiles.levels, [&](int job) {
-    sum_layer(atlas, job % layers, job / layers, environment, profiles);
+    sum_layer(atlas, job % layers, job / layers, sky_cells, profiles);
   });
   return profiles;
 }

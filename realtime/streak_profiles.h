@@ -10,8 +10,8 @@
 // p the picture's values, u across the cell, -1/2 .. 1/2, S with the width of a texel; summed in
 // double. M / F is where the light is, S / F - (M / F)^2 its variance. Between two rows of a bin
 // the light is taken as even. Where a cell begins:
-//   span.first + (layer (lights + 2) + cell) span.cell_stride
-// cell = index of the light, then the environment, then coverage.
+//   span.first + (layer cells_per_layer + cell) span.cell_stride
+// cells in the order of finest_cell (atlas/streak_atlas.h).
 #pragma once
 
 #include <cstdint>
@@ -35,8 +35,7 @@ struct StreakProfiles {
 };
 
 // first: of the finest level, >= 0. Levels follow until the longest cell has at most two bins.
-// environment false: the environment's cells stay zero (their pictures may then be missing). Throws
-// std::runtime_error when a picture is missing.
-StreakProfiles streak_profiles(const StreakAtlas& atlas, int first, bool environment);
+// Throws std::runtime_error when a picture is missing.
+StreakProfiles streak_profiles(const StreakAtlas& atlas, int first, int sky_cells);
 
 }  // namespace pluvia

@@ -32,15 +32,25 @@ inline int layer_of(const StreakRecord& record) {
 }
 
 struct LitStreakRecord {
-  float irradiance_lux[3] = {};
-  std::uint32_t cell = 0;  // layer << 16 | light of the atlas << 1 | mirrored
+  float light[3] = {};     // of a lamp in lux; of a uniform sky in cd/m^2
+  std::uint32_t cell = 0;  // layer << 16 | cell of the atlas << 1 | mirrored
 };
 static_assert(sizeof(LitStreakRecord) == 16);
 
-// In order of drop_field and of segments; lit: per streak and light one or, with eight taps, four.
+struct SkyOfStreakRecord {  // SkyOfStreak of rain_sky.glsl
+  float cos_turn = 1, sin_turn = 0;
+  float transmitted = 1;  // negative: the sky is turned over
+  float size = 0;         // index
+};
+static_assert(sizeof(SkyOfStreakRecord) == 16);
+
+// In order of drop_field and of segments; lit, per streak: for each light one or, with eight taps,
+// four, then one for a uniform sky. sky: one a streak where the sky differs by direction.
 struct StreakRecords {
+  std::size_t lit_per_streak = 0;
   std::vector<StreakRecord> streaks = {};
   std::vector<LitStreakRecord> lit = {};
+  std::vector<SkyOfStreakRecord> sky = {};
 };
 
 }  // namespace pluvia

@@ -77,8 +77,8 @@ Image constant_image(const Scene& scene, int channels, float value) {
 FrameComposite composite(const Scene& scene, const StreakAtlas& atlas,
                          const std::vector<Drop>& drops, float wall_m = 1e30f,
                          const Eigen::Vector3d& environment = {0, 0, 0}) {
-  return composite_frame(scene, atlas, drops, environment, constant_image(scene, 3, 8),
-                         constant_image(scene, 1, wall_m));
+  return composite_frame(scene, atlas, drops, sky_light({.uniform_cd_m2 = environment}, nullptr, 0),
+                         constant_image(scene, 3, 8), constant_image(scene, 1, wall_m));
 }
 
 double pixels_per_metre(const Scene& scene, double distance_m) {
@@ -178,7 +178,7 @@ TEST(FrameComposite, PicturesThatDoNotFitAreRefused) {
   const StreakAtlas atlas = constant_atlas({level_view}, {0.5f}, {0.1f});
   const Image color = constant_image(scene, 3, 1), depth = constant_image(scene, 1, 1);
   const auto run = [&](const Image& background, const Image& depth_m, std::vector<Drop> drops) {
-    composite_frame(scene, atlas, drops, {0, 0, 0}, background, depth_m);
+    composite_frame(scene, atlas, drops, {}, background, depth_m);
   };
   EXPECT_NO_THROW(run(color, depth, {}));
   EXPECT_THROW(run(depth, depth, {}), std::runtime_error);

@@ -23,7 +23,7 @@ Errors errors_of(Scene scene, const StreakAtlas& atlas) {
   RainRenderer renderer(scene, atlas);
   const Frame frame = renderer.render(0.5);
   const auto drops = drop_field(scene, make_rain_space(scene), 10, 0.5);
-  const FrameComposite truth = composite_frame(scene, atlas, drops, scene.environment.uniform_cd_m2,
+  const FrameComposite truth = composite_frame(scene, atlas, drops, sky_of(scene, atlas, 0),
                                                frame.background, frame.depth_m);
   Errors errors;
   double square = 0, plain = 0, all = 0;

@@ -77,7 +77,7 @@ std::array<double, 6> direct_sums(const Image& picture, const CellRect& cell, in
 
 TEST(StreakProfiles, AreTheSumsOfTheirCells) {
   const StreakAtlas& atlas = quarter_atlas();
-  const StreakProfiles profiles = streak_profiles(atlas, 1, true);
+  const StreakProfiles profiles = streak_profiles(atlas, 1, 1);
   const auto views = atlas.views.size();
   const auto cells = static_cast<int>(atlas.lights.size()) + 2;
   ASSERT_EQ(profiles.spans.size(), static_cast<std::size_t>(profiles.levels) * views);
@@ -88,7 +88,7 @@ TEST(StreakProfiles, AreTheSumsOfTheirCells) {
       for (const int cell : {0, cells / 2, cells - 2, cells - 1}) {
         const CellRect rect = cell_rect(atlas, view, cell < cells - 2 ? cell : 0, 0);
         for (const int edge : {0, 1, span.bins / 2, span.bins}) {
-          const auto expected = direct_sums(finest_picture(atlas, 2, cell), rect,
+          const auto expected = direct_sums(finest_cell(atlas, 2, cell, 1).picture, rect,
                                             std::min(edge << (1 + level), rect.height));
           const float* values = profiles.values.data() +
                                 4 * (span.first + (2 * cells + cell) * span.cell_stride + 2 * edge);

@@ -100,7 +100,7 @@ void expect_same_cells(const StreakAtlas& atlas, const StreakRecord& record,
   }
   // Near a spot's rim t^2 is small: 2 t dt E of 20 lux, with dt = 6e-8 / 0.16 and less.
   for (int c = 0; c < 3; ++c)
-    EXPECT_NEAR(static_cast<double>(lit.irradiance_lux[c]), expected.irradiance_lux[c],
+    EXPECT_NEAR(static_cast<double>(lit.light[c]), expected.irradiance_lux[c],
                 1e-5 * expected.irradiance_lux.norm() + 2e-5);
   // Half-way between two lights rounding decides: then both are as near.
   const auto light = static_cast<std::size_t>(lit.cell >> 1 & 0x7fff);
@@ -134,7 +134,7 @@ void expect_streaks_as_their_formulas_say(const StreakAtlas& atlas, Scene scene)
       }
       expect_same_placement(record, *placed);
       for (std::size_t i = 0; i < scene.lights.size(); ++i)
-        expect_same_cells(atlas, record, records.lit[next * scene.lights.size() + i],
+        expect_same_cells(atlas, record, records.lit[next * records.lit_per_streak + i],
                           placed->lights[i], *placed, drop.oscillation);
       EXPECT_EQ(layer_of(record), drop.oscillation);
       ++next;
@@ -171,7 +171,8 @@ TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
   const StreakAtlas& atlas = quarter_atlas();
   RainRenderer renderer(scene, atlas, {.widest_splat_px = 0, .lookup = LookupMode::trilinear});
   const StreakRecords records = renderer.streak_records(1.25);
-  ASSERT_EQ(records.lit.size(), 8 * records.streaks.size());
+  ASSERT_EQ(records.lit_per_streak, 9u);  // two lights, a uniform sky
+  ASSERT_EQ(records.lit.size(), 9 * records.streaks.size());
   const auto rows = light_rows(atlas);
   std::size_t next = 0;
   for (const Drop& drop : drop_field(scene, make_rain_space(scene), 10, 1.25)) {
@@ -196,8 +197,8 @@ TEST(RainRenderer, EightTapsAreThoseOfTheLookup) {
             tap.weight * lit.irradiance_lux[0];
       }
       for (std::size_t t = 0; t < 4; ++t) {
-        const LitStreakRecord& tap = records.lit[(2 * next + i) * 4 + t];
-        found[tap.cell] += static_cast<double>(tap.irradiance_lux[0]);
+        const LitStreakRecord& tap = records.lit[9 * next + 4 * i + t];
+        found[tap.cell] += static_cast<double>(tap.light[0]);
       }
       // Angles from an atan of 3e-6 rad, in steps of 20 degrees.
       for (const auto& [cell, lux] : wanted)
@@ -372,8 +373,8 @@ TEST(RainRenderer, DropsBehindAWallGetNoLightAndThoseBesideItAllOfIt) {
       const Eigen::Vector3d from =
           i < 2 ? scene.lights[i].position_m
                 : Eigen::Vector3d(drop.centre_m - 1e4 * scene.lights[i].direction);
-      const float before = open.lit[3 * next + i].irradiance_lux[0];
-      const float after = shaded.lit[3 * next + i].irradiance_lux[0];
+      const float before = open.lit[open.lit_per_streak * next + i].light[0];
+      const float after = shaded.lit[open.lit_per_streak * next + i].light[0];
       // What two texels of a map with 1024 a side do not know for sure; the sun's spans 85 m.
       const double edge_m = i < 2 ? 0.03 : 0.17;
       const bool surely = drop.centre_m.y() < 4 - 3 * edge_m &&

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "atlas/atlas_lookup.h"
 #include "atlas/streak_atlas.h"
 
 namespace pluvia {
@@ -84,6 +85,42 @@ inline StreakAtlas synthetic_atlas(const SyntheticSize& size = {}) {
                             synthetic_pictures(atlas, row, layer, lights, 1, 0.2),
                             synthetic_pictures(atlas, row, layer, lights + 1, 1, 0.01)});
   return atlas;
+}
+
+// Adds harmonics: the first as bright as the environment, the others of both signs. A drop's mirror
+// image has mirrored pictures, those of odd harmonics (m < 0) with the other sign.
+inline void add_harmonics(StreakAtlas& atlas, int degree) {
+  const int count = (degree + 1) * (degree + 1), width = atlas.cell_width_px;
+  const auto picture = [&](int layer) {
+    std::vector<Image> own =
+        synthetic_pictures(atlas, atlas.layers[0].env[0].height, layer, 0, 2 * count, 0.05);
+    Image sum = make_image(count * width, own[0].height);
+    for (int y = 0; y < sum.height; ++y) {
+      for (int x = 0; x < sum.width; ++x)
+        sum.at(x, y) = own[0].at(x, y) - (x < width ? 0 : own[0].at(count * width + x, y));
+    }
+    return sum;
+  };
+  const auto is_odd = [&](int harmonic) {
+    int l = 0;
+    while ((l + 1) * (l + 1) <= harmonic) ++l;
+    return harmonic < l * l + l;
+  };
+  atlas.transfer_degree = degree;
+  for (AtlasLayer& layer : atlas.layers) {
+    const Image own = picture(layer.oscillation);
+    const Image other = picture(mirrored_oscillation(layer.oscillation));
+    layer.transfer = {own};
+    for (int y = 0; y < own.height; ++y) {
+      for (int x = 0; x < own.width; ++x) {
+        const int cell = x / width, flipped = cell * width + width - 1 - x % width;
+        const float sign = is_odd(cell) ? -1.0f : 1.0f;
+        layer.transfer[0].at(x, y) = own.at(x, y) + sign * other.at(flipped, y);
+      }
+    }
+    while (static_cast<int>(layer.transfer.size()) < atlas.levels)
+      halve(atlas, layer.transfer, count);
+  }
 }
 
 // A quarter of it, for tests that look at places and passes rather than at pictures.

@@ -48,8 +48,9 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
   const auto start = std::chrono::steady_clock::now();
   const auto drops =
       drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
-  const FrameComposite truth = composite_frame(
-      scene, atlas, drops, environment_radiance_cd_m2(scene), frame.background, frame.depth_m);
+  const SkyLight sky = sky_of(scene, atlas, RenderOptions{}.sky_degree);
+  const FrameComposite truth =
+      composite_frame(scene, atlas, drops, sky, frame.background, frame.depth_m);
   report.timings_s.emplace_back(
       "double-precision composite of the same frame",
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());

@@ -44,11 +44,32 @@ struct Lookup {
   std::vector<LightRow> rows = {};
 };
 
-// The cell of one view with all lights, the environment and the coverage of this drop.
+// As the streak sees it: in the drop's frame, turned over where a view from below is served by one
+// from above.
+SkyLight sky_seen(const SkyLight& sky, const StreakPlacement& placement, const StreakAtlas& atlas) {
+  SkyLight seen = seen_from(sky, placement.world_from_drop);
+  const bool over = placement.view_elevation_deg < 0 && views_below(atlas) == ViewsBelow::flipped;
+  return over ? turned_over(seen) : seen;
+}
+
+// Adds the sky's light. A database for a scene without an environment has no picture of it.
+void add_sky(const StreakAtlas& atlas, const AtlasLayer& layer, int view, double weight,
+             const SkyLight& sky, StreakPicture& picture) {
+  const auto add = [&](const Image& image, int column, const Eigen::Vector3d& light) {
+    add_cell(image, cell_rect(atlas, view, column, 0), false,
+             {weight * light.x(), weight * light.y(), weight * light.z(), 0}, picture);
+  };
+  if (sky.coefficients.isZero(0)) return;
+  if (degree_of(sky) == 0) return add(layer.env.at(0), 0, mean_radiance(sky));
+  for (int i = 0; i < static_cast<int>(sky.coefficients.rows()); ++i)
+    add(layer.transfer.at(0), i, sky.coefficients.row(i).transpose());
+}
+
+// The cell of one view with all lights, the sky as the streak sees it and the coverage of this
+// drop.
 StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
                           const StreakPlacement& placement, int view, double weight,
-                          double transmitted, const Eigen::Vector3d& environment,
-                          const Lookup& lookup) {
+                          double transmitted, const SkyLight& sky, const Lookup& lookup) {
   const AtlasView& row = atlas.views[static_cast<std::size_t>(view)];
   StreakPicture picture{.width = atlas.cell_width_px,
                         .height = row.height_px,
@@ -71,12 +92,8 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
     }
   }
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
-  const CellRect single = cell_rect(atlas, view, 0, 0);
-  const Eigen::Vector3d around = weight * transmitted * environment;
-  if (!around.isZero(0)) {  // a database for a scene without an environment has no picture of it
-    add_cell(layer.env.at(0), single, false, {around.x(), around.y(), around.z(), 0}, picture);
-  }
-  add_cell(layer.coverage.at(0), single, false, {0, 0, 0, weight}, picture);
+  add_sky(atlas, layer, view, weight * transmitted, sky, picture);
+  add_cell(layer.coverage.at(0), cell_rect(atlas, view, 0, 0), false, {0, 0, 0, weight}, picture);
   return picture;
 }
 
@@ -113,8 +130,7 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
 
 // air_per_m: extinction between the camera and the drop.
 Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, double air_per_m,
-                         const Eigen::Vector3d& environment, const Lookup& lookup,
-                         const Image& screen) {
+                         const SkyLight& sky, const Lookup& lookup, const Image& screen) {
   const StreakPlacement& placement = placed.placement;
   const CellMix cells = mix_cells(
       atlas, lookup.rows,
@@ -131,12 +147,13 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, dou
   }
   Footprint footprint = empty_footprint(placement, pictures, screen.width, screen.height);
   if (footprint.values.empty()) return footprint;
+  const SkyLight seen = sky_seen(sky, placement, atlas);
   for (int i = 0; i < 2; ++i) {
     if (cells.view_weight[i] == 0) continue;
     const double weight = cells.view_weight[i] * placement.time_share;
     add_streak(placement,
                lit_picture(atlas, *placed.drop, placement, cells.view[i], weight,
-                           std::exp(-air_per_m * placement.distance_m), environment, lookup),
+                           std::exp(-air_per_m * placement.distance_m), seen, lookup),
                footprint);
   }
   return footprint;
@@ -153,7 +170,7 @@ bool put_over(const Footprint& drop, double drop_depth_m, const Image& depth_m,
       const bool nothing = (value.array() == 0).all();
       if (nothing || !(drop_depth_m < depth_m.at(screen_x, screen_y))) continue;
       Eigen::Vector3d& below = color[static_cast<std::size_t>(screen_y * depth_m.width + screen_x)];
-      below = (1 - value.w()) * below + value.head<3>();
+      below = (1 - value.w()) * below + value.head<3>().cwiseMax(0);  // raytrace/sky_light.h
       seen = true;
     }
   }
@@ -179,17 +196,16 @@ void require_picture(const Image& image, const Camera& camera, int channels, boo
 
 }  // namespace
 
-Eigen::Vector3d environment_radiance_cd_m2(const Scene& scene) {
+SkyLight sky_of(const Scene& scene, const StreakAtlas& atlas, int most_degree) {
   const EnvironmentLight& environment = scene.environment;
-  if (environment.map_file.empty()) return environment.uniform_cd_m2;
-  const std::vector<double> mean = mean_over_sphere(read_environment_map(environment.map_file));
-  return environment.scale_cd_m2 * Eigen::Vector3d(mean.at(0), mean.at(1), mean.at(2));
+  if (environment.map_file.empty()) return sky_light(environment, nullptr, 0);
+  const Image map = read_environment_map(environment.map_file);
+  return sky_light(environment, &map, std::max(0, std::min(most_degree, atlas.transfer_degree)));
 }
 
 FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
-                               const std::vector<Drop>& drops,
-                               const Eigen::Vector3d& environment_cd_m2, const Image& background,
-                               const Image& depth_m, LookupMode mode) {
+                               const std::vector<Drop>& drops, const SkyLight& sky,
+                               const Image& background, const Image& depth_m, LookupMode mode) {
   for (const Light& light : scene.lights) {
     if (light.shadow)
       throw std::runtime_error(
@@ -214,8 +230,7 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
   for (std::size_t begin = 0; begin < placed.size(); begin += batch) {
     const std::size_t end = std::min(begin + batch, placed.size());
     tbb::parallel_for(begin, end, [&](std::size_t i) {
-      footprints[i - begin] =
-          drop_footprint(atlas, placed[i], air, environment_cd_m2, lookup, depth_m);
+      footprints[i - begin] = drop_footprint(atlas, placed[i], air, sky, lookup, depth_m);
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;

@@ -36,9 +36,10 @@ void add_view(int which, float weight, float lod, inout vec3 light, inout float 
     light += weight * stretch * lux[i] *
              shown(point_pictures, int(cells[i] >> 1 & 0x7fffu), int(cells[i] >> 16), at, lod, of_view);
   }
-  if (environment.w != 0.0)
-    light += weight * stretch * rows.z * environment.rgb *
-             shown(environment_pictures, 0, layer, texel, lod, of_view);
+#if SKY_CELLS
+  light += weight * stretch * rows.z * environment.rgb *
+           shown(environment_pictures, 0, layer, texel, lod, of_view);
+#endif
   coverage += weight * stretch * shown(coverage_pictures, 0, layer, texel, lod, of_view);
 }
 

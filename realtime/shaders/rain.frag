@@ -1,6 +1,6 @@
 #version 450 core
-// C = (1 - coverage) B + sum_lights E_l S_l + L_env S_env: here E S and coverage, averaged over the
-// pixel.
+// C = (1 - coverage) B + sum_lights E_l S_l + sum_sky c_k S_k: here the sums and coverage, averaged
+// over the pixel.
 //
 // A streak is a row of slanted strips, one per texel column, narrowed to where the column's light is
 // (realtime/cumulative_atlas.h). Each adds
@@ -15,6 +15,12 @@ layout(std430, binding = LIT_STREAKS) readonly buffer LitStreaks { LitStreak lit
 layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };
 layout(std430, binding = ATLAS_SPANS) readonly buffer AtlasSpans { ivec4 atlas_spans[]; };
 layout(binding = CUMULATIVE) uniform sampler2DArray cumulative_sums;
+#if SKY_CELLS > 1
+#include "rain_sky.glsl"
+layout(std430, binding = SKY_STREAKS) readonly buffer SkyStreaks { SkyOfStreak sky_streaks[]; };
+layout(std430, binding = SKY_SPANS) readonly buffer SkySpans { ivec4 sky_spans[]; };
+layout(binding = SKY_SUMS) uniform sampler2DArray sky_sums;
+#endif
 
 flat in int streak_index;
 layout(location = 0) out vec4 radiance_and_tau;
@@ -32,10 +38,13 @@ float half_plane_area(float d, float a, float b) {
   return d > 0.0 ? 1.0 - corner : corner;
 }
 
+ivec3 place_of_sum(int i) {
+  return ivec3(i & SUMS_WIDTH - 1, i / SUMS_WIDTH & SUMS_HEIGHT - 1,
+               i / (SUMS_WIDTH * SUMS_HEIGHT));
+}
+
 float cumulative(int i) {
-  return texelFetch(cumulative_sums,
-                    ivec3(i & SUMS_WIDTH - 1, i / SUMS_WIDTH & SUMS_HEIGHT - 1,
-                          i / (SUMS_WIDTH * SUMS_HEIGHT)), 0).r;
+  return texelFetch(cumulative_sums, place_of_sum(i), 0).r;
 }
 
 struct RowRange {  // in texels of one column: whole and part of both ends
@@ -87,37 +96,70 @@ float strip_area(Across across, vec2 strip) {
          half_plane_area(d.x, across.normal.x, across.normal.y);
 }
 
-// Pixel area x mean of one column of a cell. Narrower than 1e-3 columns is as good as a line, and no
-// line may be narrower than its float coordinates tell.
-float cell_value(RowRange range, Across across, vec2 strip, int first, int texels, bool mirrored) {
-  float centre = cumulative(first + texels + 1), half_width = cumulative(first + texels + 2);
+// Pixel area of the light of one column, over the light's width. Narrower than 1e-3 columns is as
+// good as a line, and no line may be narrower than its float coordinates tell.
+float lit_area(Across across, vec2 strip, float centre, float half_width) {
   half_width = max(half_width, 1e-3);
-  if (mirrored) centre = 1.0 - centre;
   float width = strip.y - strip.x;
   vec2 narrowed = strip.x + width * vec2(centre - half_width, centre + half_width);
-  return strip_area(across, narrowed) / (2.0 * half_width) * sum_between(range, first);
+  return strip_area(across, narrowed) / (2.0 * half_width);
 }
+
+// Pixel area x mean of one column of a cell.
+float cell_value(RowRange range, Across across, vec2 strip, int first, int texels, bool mirrored) {
+  float centre = cumulative(first + texels + 1), half_width = cumulative(first + texels + 2);
+  if (mirrored) centre = 1.0 - centre;
+  return lit_area(across, strip, centre, half_width) * sum_between(range, first);
+}
+
+#if SKY_CELLS > 1
+vec4 sky_cumulative(int i) {
+  return texelFetch(sky_sums, place_of_sum(i), 0);
+}
+
+vec4 sky_between(RowRange range, int first) {
+  ivec2 i = first + range.texel;
+  vec4 start = mix(sky_cumulative(i.x), sky_cumulative(i.x + 1), range.part.x);
+  return mix(sky_cumulative(i.y), sky_cumulative(i.y + 1), range.part.y) - start;
+}
+
+// The sky's radiance in one column, x pixel area, after see_sky.
+vec3 sky_sum(Streak streak, RowRange range, int column, int view, Across across, vec2 strip) {
+  ivec4 span = sky_spans[level_of(streak) * counts.w + view];
+  const int quads = (SKY_CELLS + 3) / 4;
+  int first = span.x + layer_of(streak) * quads * span.z + column * (span.y + 3);
+  vec3 sum = vec3(0);
+  for (int quad = 0; quad < quads; ++quad) {
+    vec4 between = sky_between(range, first + quad * span.z);
+    for (int i = 0; i < min(4, SKY_CELLS - 4 * quad); ++i)
+      sum += between[i] * sky_seen[4 * quad + i];
+  }
+  float centre = sky_cumulative(first + span.y + 1).x;
+  return lit_area(across, strip, centre, sky_cumulative(first + span.y + 2).x) * sum;
+}
+#endif
 
 // rgb: radiance, a: coverage of one column of texels between two rows, x pixel area.
 vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, vec2 strip) {
   ivec4 span = atlas_spans[level_of(streak) * counts.w + view];  // base, texels, cell stride, columns
   RowRange range = row_range(rows, streak, view, span.y);
-  int cells = counts.z + 2, pitch = span.y + 3;
+  int cells = cells_per_layer(), pitch = span.y + 3;
   int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
   vec4 sum = vec4(0);
-  for (int i = 0; i < counts.y * TAPS; ++i) {
-    LitStreak lit = lit_streaks[streak_index * counts.y * TAPS + i];
+  int lit_first = streak_index * lit_per_streak();
+  for (int i = 0; i < lit_per_streak(); ++i) {
+    LitStreak lit = lit_streaks[lit_first + i];
     int layer_cell = int(lit.cell >> 16) * cells + int(lit.cell >> 1 & 0x7fffu);
     bool flip = (lit.cell & 1u) != 0u;
     int first = (flip ? mirrored : plain) + layer_cell * span.z;
-    sum.rgb += vec3(lit.red_lux, lit.green_lux, lit.blue_lux) *
+    sum.rgb += vec3(lit.red, lit.green, lit.blue) *
                cell_value(range, across, strip, first, span.y, flip);
   }
-  int environment_cell = layer_of(streak) * cells + counts.z;
-  if (environment.w != 0.0)
-    sum.rgb += streak.transmitted * environment.rgb *
-               cell_value(range, across, strip, plain + environment_cell * span.z, span.y, false);
-  sum.a = cell_value(range, across, strip, plain + (environment_cell + 1) * span.z, span.y, false);
+#if SKY_CELLS > 1
+  sum.rgb += sky_sum(streak, range, column, view, across, strip);
+#endif
+  int coverage_cell = layer_of(streak) * cells + cells - 1;
+  sum.a = cell_value(range, across, strip, plain + coverage_cell * span.z, span.y, false);
   return sum;
 }
 
@@ -152,10 +194,16 @@ void main() {
   int first = max(int(floor((pixel_place.x - reach) / texel)), 0);
   int last = min(int(floor((pixel_place.x + reach) / texel)), last_column);
   vec4 sum = vec4(0);
+#if SKY_CELLS > 1
+  see_sky(sky_streaks[streak_index]);
+#endif
   for (int column = first; column <= last; ++column) {
     vec2 strip = texel * vec2(column, column + 1);
     sum += strip_value(streak, pixel_place, strip, column, reach);
   }
+#if SKY_CELLS > 1
+  sum.rgb = max(sum.rgb, vec3(0));  // raytrace/sky_light.h
+#endif
   // Added up by the blender in the order of the streaks: GL keeps the order of primitives within a
   // pixel, so float sums come out the same whatever the number of threads.
   float weight = mean_field_weight(streak.depth_m);

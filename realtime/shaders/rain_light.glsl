@@ -128,6 +128,17 @@ float path_lit_share(Light light, vec3 middle_m, vec3 path_m) {
   return sum / 4.0;
 }
 
+#if SKY_CELLS > 1
+#include "rain_sky.glsl"
+
+SkyOfStreak sky_of(Drop drop, DropFrame frame, float transmitted) {
+  RainSize size = rain_sizes[drop.size];
+  vec2 turn = normalize(vec2(dot(frame.x, size.axis_x.xyz), dot(frame.x, size.axis_y.xyz)));
+  bool over = flips_views_below() && frame.sin_view < 0.0;
+  return SkyOfStreak(turn.x, turn.y, over ? -transmitted : transmitted, float(drop.size));
+}
+#endif
+
 // What one light adds, kept from place `first` on. transmitted: by the fog before the streak.
 void keep_light(uint first, Light light, Drop drop, Placement placed, float transmitted) {
   RainSize size = rain_sizes[drop.size];

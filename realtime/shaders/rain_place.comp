@@ -1,5 +1,6 @@
 #version 450 core
-// One record per visible streak that rain_splat.comp has not drawn, in order of the groups, and one per streak and light.
+// One record per visible streak that rain_splat.comp has not drawn, in order of the groups, and one
+// per streak and cell that lights it.
 #include "rain_group.glsl"
 #include "rain_light.glsl"
 #include "rain_rank.glsl"
@@ -10,8 +11,12 @@ layout(std430, binding = GROUP_STARTS) readonly buffer GroupStarts { uint group_
 layout(std430, binding = STREAKS) writeonly buffer Streaks { Streak streaks[]; };
 layout(std430, binding = LIT_STREAKS) writeonly buffer LitStreaks { LitStreak lit_streaks[]; };
 
-void keep_lit(uint place, vec3 lux, uint cell) {
-  lit_streaks[place] = LitStreak(lux.r, lux.g, lux.b, cell);
+#if SKY_CELLS > 1
+layout(std430, binding = SKY_STREAKS) writeonly buffer SkyStreaks { SkyOfStreak sky_streaks[]; };
+#endif
+
+void keep_lit(uint place, vec3 light, uint cell) {
+  lit_streaks[place] = LitStreak(light.r, light.g, light.b, cell);
 }
 
 int choose_level(vec2 column_px, vec2 row_px) {
@@ -33,8 +38,15 @@ void write_streak(uint place, Drop drop, Placement placed) {
   streak.transmitted = exp(-air.x * length(placed.middle_m));
   streak_views(drop, streak.view_elevation_deg, streak.view, streak.view_weight);
   streaks[place] = streak;
+  uint first = place * uint(lit_per_streak());
   for (uint i = 0u; i < uint(counts.y); ++i)
-    keep_light((place * uint(counts.y) + i) * TAPS, lights[i], drop, placed, streak.transmitted);
+    keep_light(first + i * TAPS, lights[i], drop, placed, streak.transmitted);
+#if SKY_CELLS == 1
+  keep_lit(first + uint(counts.y) * TAPS, streak.transmitted * environment.rgb,
+           cell_of(uint(counts.z), false, drop.layer));
+#elif SKY_CELLS > 1
+  sky_streaks[place] = sky_of(drop, placed.frame, streak.transmitted);
+#endif
 }
 
 void main() {

@@ -35,17 +35,19 @@ const float joined_px = 0.1;  // 0.3 errs by 0.047 in far rain, 0.1 by 0.0095, a
 const int whole = 0, left_half = 1, right_half = 2;  // of a streak: what a line stands for
 const float half_place = 0.2;  // across a cell, from its middle: where a half's line is
 
-// Lights are taken SPLAT_LIGHTS at a time; each has TAPS cells of the atlas. The environment comes
-// last, coverage by itself.
+// Lights are taken SPLAT_LIGHTS at a time; each has TAPS cells of the atlas. The sky comes last,
+// coverage by itself.
 struct Lit {
   vec3 weight;
   int cell;  // of a view, << 1 | mirrored
 };
-Lit lits[SPLAT_LIGHTS * TAPS + 1];
+Lit lits[SPLAT_LIGHTS * TAPS + SKY_CELLS];
 int lit_count;
 
+int profile_cells() { return counts.z + SKY_CELLS + 1; }
+
 void keep_lit(uint place, vec3 lux, uint cell) {
-  int of_view = int(cell >> 16) * (counts.z + 2) + int(cell >> 1 & 0x7fffu);
+  int of_view = int(cell >> 16) * profile_cells() + int(cell >> 1 & 0x7fffu);
   lits[place] = Lit(lux, of_view << 1 | int(cell & 1u));
 }
 
@@ -65,7 +67,7 @@ struct ThinStreak {
   bool covers;  // false when coverage has been laid down with other lights
 };
 
-int coverage_cell(ThinStreak streak) { return streak.layer * (counts.z + 2) + counts.z + 1; }
+int coverage_cell(ThinStreak streak) { return (streak.layer + 1) * profile_cells() - 1; }
 
 // A place down a cell of a view: its bin, and the share of that bin before it.
 struct Place {
@@ -209,6 +211,9 @@ void lay_down(Line line, float from, float to, Before before, Before after) {
   float at = line.start[line.beside] + middle * line.row[line.beside];
   float slant_px = abs(line.row[line.beside]) * (to - from);
   vec3 light = line.area_px * (after.light - before.light);
+#if SKY_CELLS > 1
+  light = max(light, vec3(0));  // raytrace/sky_light.h
+#endif
   vec3 cover = after.coverage - before.coverage;
   Box lit = box_of(at, line.middle, slant_px, after.grey - before.grey, line.px_per_cell);
   Box covered = box_of(at, line.middle, slant_px, cover, line.px_per_cell);
@@ -258,6 +263,18 @@ int profile_level(Placement placed) {
   return int(clamp(level - float(splat_levels.x), 0.0, float(splat_levels.y - 1)));
 }
 
+void keep_sky(Drop drop, Placement placed, float transmitted) {
+#if SKY_CELLS == 1
+  keep_lit(uint(lit_count), transmitted * environment.rgb,
+           cell_of(uint(counts.z), false, drop.layer));
+#elif SKY_CELLS > 1
+  see_sky(sky_of(drop, placed.frame, transmitted));
+  for (int i = 0; i < SKY_CELLS; ++i)
+    keep_lit(uint(lit_count + i), sky_seen[i], cell_of(uint(counts.z + i), false, drop.layer));
+#endif
+  lit_count += SKY_CELLS;
+}
+
 void splat_streak(Drop drop, Placement placed, uint place) {
   ThinStreak streak;
   streak.layer = drop.layer;
@@ -273,11 +290,7 @@ void splat_streak(Drop drop, Placement placed, uint place) {
     for (int i = 0; i < taken; ++i)
       keep_light(uint(i * TAPS), lights[begin + i], drop, placed, transmitted);
     lit_count = taken * TAPS;
-    if (begin == 0 && environment.w != 0.0) {
-      uint cell = uint(drop.layer) << 16 | uint(counts.z) << 1;
-      keep_lit(uint(lit_count), transmitted * environment.rgb, cell);
-      ++lit_count;
-    }
+    if (begin == 0) keep_sky(drop, placed, transmitted);
     streak.covers = begin == 0;
     bool joined = abs(line_of(placed, whole).px_per_cell) <= joined_px;
     for (int part = joined ? whole : left_half; part <= (joined ? whole : right_half); ++part) {

@@ -12,10 +12,19 @@ struct Streak {
   vec2 view_weight;
 };
 
+// One cell that lights a streak: of a light, in lux, or of the uniform sky, in cd/m^2.
 struct LitStreak {
-  float red_lux, green_lux, blue_lux;
-  uint cell;  // layer << 16 | light of the atlas << 1 | mirrored
+  float red, green, blue;
+  uint cell;  // layer << 16 | cell of the atlas << 1 | mirrored
 };
+
+// Per streak: TAPS for each light of the scene, then one for a uniform sky. A sky of more cells has
+// its harmonics beside them (rain_sky.glsl).
+const int uniform_sky = SKY_CELLS == 1 ? 1 : 0;
+int lit_per_streak() { return counts.y * TAPS + uniform_sky; }
+
+// Cells of an atlas layer among the sums: its lights, the uniform sky's, coverage last.
+int cells_per_layer() { return counts.z + uniform_sky + 1; }
 
 int level_of(Streak streak) { return streak.level_layer & 0xff; }
 int layer_of(Streak streak) { return streak.level_layer >> 8; }

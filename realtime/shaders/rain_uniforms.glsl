@@ -9,7 +9,7 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 box_min_m;       // drops are drawn whose centre is inside
   vec4 box_max_m;
   vec4 cell;         // of the atlas: path_top_row; cell width; widest texel in px; rows below the path
-  vec4 environment;  // radiance in cd/m^2; w: 0 for none
+  vec4 environment;  // radiance in cd/m^2, of a sky that is the same from everywhere
   vec4 air;          // extinction in 1/m where drops are drawn: of the fog, of the drops; depth where
                      // those begin
   ivec4 counts;      // oscillation sets, lights of the scene, lights of the atlas, views
