@@ -280,6 +280,10 @@ void render(const RenderFlags& flags) {
   }
   fmt::print("{}: {} frames{}{} a frame on {}\n", flags.out, flags.frames,
              video ? " and rain.mp4" : "", passes, renderer.gl_info().renderer);
+  for (const pluvia::PlannedPass& pass : renderer.plan().passes) {
+    for (const std::string& note : pass.notes)
+      fmt::print("{}: {}: {}\n", flags.out, pass.name, note);
+  }
 }
 
 struct ViewFlags {
@@ -388,6 +392,7 @@ void fit_streak(const FitStreakFlags& flags) {
   pluvia::StreakRequest request = pluvia::shard_request(
       preset,
       {.oscillation = preset.sets.front().index, .view_elevation_deg = input.view_elevation_deg});
+  request.environment.transfer_degree = -1;  // lights alone are fitted
   if (request.frame.height_px != input.height_px) {
     throw std::runtime_error(fmt::format("{}: {} x {} px; expected {} rows for that width and view",
                                          flags.streaks, input.width_px, input.height_px,

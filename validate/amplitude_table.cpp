@@ -80,6 +80,7 @@ std::vector<double> with_border(const std::vector<double>& values, std::size_t r
 
 AmplitudeModel traced_model(const Preset& preset, const std::vector<RealFactor>& factors) {
   StreakRequest request = shard_request(preset, {.oscillation = preset.sets.front().index});
+  request.environment.transfer_degree = -1;  // lights alone are fitted
   request.lights.clear();
   for (const RealFactor& factor : factors) {
     const auto& lights = request.lights;

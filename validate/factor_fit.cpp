@@ -28,6 +28,7 @@ bool is_fitted(const RealFactor& factor) {
 // factors.
 std::vector<double> log_ratios(const Preset& preset, const std::vector<RealFactor>& factors) {
   StreakRequest request = shard_request(preset, {.oscillation = 0});
+  request.environment.transfer_degree = -1;  // lights alone are fitted
   request.lights.clear();
   std::vector<double> theirs;
   for (const RealFactor& factor : factors) {
