@@ -135,7 +135,7 @@ TEST(ThinStreaks, AreTheExactCompositeWithinTheirBound) {
     RainRenderer quads(scene, quarter_atlas(), all_quads);
     const Frame plain = quads.render(0.5);
     const FrameComposite truth =
-        composite_frame(scene, quarter_atlas(), drops, scene.environment.uniform_cd_m2,
+        composite_frame(scene, quarter_atlas(), drops, sky_of(scene, quarter_atlas(), 0),
                         plain.background, plain.depth_m);
     RainRenderer thin(scene, quarter_atlas(), {.widest_splat_px = rain.widest_px});
     const Frame frame = thin.render(0.5);

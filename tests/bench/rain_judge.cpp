@@ -16,6 +16,7 @@
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
 #include "tests/synthetic_atlas.h"
+#include "validate/flip.h"
 #include "validate/frame_composite.h"
 
 namespace pluvia {
@@ -34,18 +35,36 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// The frame minus the frame without rain; the mean of `samples` x `samples` of its pixels.
-Image rain_of(const Frame& frame, int samples) {
-  Image rain = make_image(frame.color.width / samples, frame.color.height / samples, 3);
+// The frame, and the frame minus the frame without rain; of `samples` x `samples` pixels the mean.
+struct Picture {
+  Image color = {}, rain = {};
+};
+
+Picture picture_of(const Frame& frame, int samples) {
+  const int width = frame.color.width / samples, height = frame.color.height / samples;
+  Picture picture = {make_image(width, height, 3), make_image(width, height, 3)};
   const float share = 1.0F / static_cast<float>(samples * samples);
-  for (int y = 0; y < samples * rain.height; ++y) {
-    for (int x = 0; x < samples * rain.width; ++x) {
-      for (int c = 0; c < 3; ++c)
-        rain.at(x / samples, y / samples, c) +=
-            share * (frame.color.at(x, y, c) - frame.background.at(x, y, c));
+  for (int y = 0; y < samples * height; ++y) {
+    for (int x = 0; x < samples * width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const float color = frame.color.at(x, y, c);
+        picture.color.at(x / samples, y / samples, c) += share * color;
+        picture.rain.at(x / samples, y / samples, c) +=
+            share * (color - frame.background.at(x, y, c));
+      }
     }
   }
-  return rain;
+  return picture;
+}
+
+// As a PNG shows it: white is 1, what is brighter is white.
+double mean_flip(const Image& truth, const Image& color, double white_cd_m2) {
+  const auto shown = [&](Image image) {
+    for (float& value : image.values)
+      value = std::clamp(value / static_cast<float>(white_cd_m2), 0.0F, 1.0F);
+    return image;
+  };
+  return ldr_flip(shown(truth), shown(color)).mean;
 }
 
 double relative_rmse(const Image& rain, const Image& truth) {
@@ -100,11 +119,11 @@ void run(const JudgeFlags& flags) {
   const Frame dry = RainRenderer(scene, atlas, {.widest_splat_px = 0}).render(time_s);
   FrameComposite truth;
   if (!flags.no_truth)
-    truth = composite_frame(scene, atlas, drops, scene.environment.uniform_cd_m2, dry.background,
-                            dry.depth_m);
+    truth =
+        composite_frame(scene, atlas, drops, sky_of(scene, atlas, 0), dry.background, dry.depth_m);
   fmt::print("{} streaks in view; {}\n\n", dry.streaks_in_view,
              RainRenderer(scene, atlas).gl_info().renderer);
-  fmt::print("| path | relative RMSE | rain ms | CPU ms |\n|---|---|---|---|\n");
+  fmt::print("| path | FLIP | relative RMSE | rain ms | CPU ms |\n|---|---|---|---|---|\n");
   for (const Path& path : paths) {
     Scene sampled = scene;
     sampled.camera.width_px *= path.supersampling;
@@ -117,10 +136,14 @@ void run(const JudgeFlags& flags) {
       wall.push_back(cost.wall_s);
       cpu.push_back(cost.cpu_s);
     }
-    const double error =
-        flags.no_truth ? 0 : relative_rmse(rain_of(frame, path.supersampling), truth.rain);
-    fmt::print("| {} | {:.4f} | {:.2f} | {:.2f} |\n", path.name, error, 1e3 * median(wall),
-               1e3 * median(cpu));
+    double flip = 0, error = 0;
+    if (!flags.no_truth) {
+      const Picture picture = picture_of(frame, path.supersampling);
+      flip = mean_flip(truth.color, picture.color, scene.camera.white_cd_m2);
+      error = relative_rmse(picture.rain, truth.rain);
+    }
+    fmt::print("| {} | {:.5f} | {:.4f} | {:.2f} | {:.2f} |\n", path.name, flip, error,
+               1e3 * median(wall), 1e3 * median(cpu));
     std::fflush(stdout);
   }
 }

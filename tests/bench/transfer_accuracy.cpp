@@ -1,7 +1,7 @@
 // How far the dot product of a map's spherical harmonics with a streak's transfer is from the same
-// map integrated directly, by degree, and what both cost; and how far both are from themselves on a
-// grid three times as fine. After each error, in brackets, the deepest value below zero over the
-// brightest of the picture:
+// map integrated directly, seen level and from 40 degrees above, by degree, and what both cost; and
+// how far both are from themselves on a grid three times as fine. After each error, in brackets,
+// the deepest value below zero over the brightest of the picture:
 //   transfer_accuracy PRESET MAP..
 #include <cmath>
 #include <ctime>
@@ -88,10 +88,29 @@ Error error_at(const Preset& preset, const ShardKey& key, const TracedStreak& st
   return error;
 }
 
+// One map, directly and by harmonics.
+void report_map(const Preset& preset, const ShardKey& key, const std::string& file) {
+  EnvironmentRequest environment = {.transfer_degree = highest_harmonic_degree};
+  environment.map.radiance = read_environment_map(file);
+  const double start_s = cpu_s();
+  const auto coefficients = harmonic_coefficients(environment.map, highest_harmonic_degree);
+  const double projecting_s = cpu_s() - start_s;
+  const Timed timed = trace(preset, key, environment);
+  fmt::print("set {}, view {}, {}: projected in {:.2f} s, traced in {:.2f} s; relRMSE by degree",
+             key.oscillation, key.view_elevation_deg, std::filesystem::path(file).stem().string(),
+             projecting_s, timed.cpu_s);
+  for (int degree = 0; degree <= highest_harmonic_degree; ++degree) {
+    const Error error = error_at(preset, key, timed.streak, coefficients, degree);
+    fmt::print(" {:.4f} ({:.4f})", error.relative(), error.most_negative);
+  }
+  fmt::print("\n");
+  report_grid(preset, key, environment, timed.streak, coefficients);
+}
+
 void report(const std::string& preset_file, const std::vector<std::string>& maps) {
   const Preset preset = read_preset(preset_file);
   for (const int oscillation : {0, 3}) {
-    const ShardKey key = {.diameter_um = diameters_of(preset).front(), .oscillation = oscillation};
+    ShardKey key = {.diameter_um = diameters_of(preset).front(), .oscillation = oscillation};
     for (const int degree : {-1, 3, 4}) {
       fmt::print("set {}, transfer degree {}: {:.2f} CPU s\n", oscillation, degree,
                  trace(preset, key, {.transfer_degree = degree}).cpu_s);
@@ -99,21 +118,10 @@ void report(const std::string& preset_file, const std::vector<std::string>& maps
     fmt::print("set {}, no environment: {:.2f} CPU s\n", oscillation,
                trace(preset, key, {.uniform = false}).cpu_s);
     for (const std::string& file : maps) {
-      EnvironmentRequest environment = {.transfer_degree = highest_harmonic_degree};
-      environment.map.radiance = read_environment_map(file);
-      const double start_s = cpu_s();
-      const auto coefficients = harmonic_coefficients(environment.map, highest_harmonic_degree);
-      const double projecting_s = cpu_s() - start_s;
-      const Timed timed = trace(preset, key, environment);
-      fmt::print("set {}, {}: projected in {:.2f} s, traced in {:.2f} s; relRMSE by degree",
-                 oscillation, std::filesystem::path(file).stem().string(), projecting_s,
-                 timed.cpu_s);
-      for (int degree = 0; degree <= highest_harmonic_degree; ++degree) {
-        const Error error = error_at(preset, key, timed.streak, coefficients, degree);
-        fmt::print(" {:.4f} ({:.4f})", error.relative(), error.most_negative);
+      for (const int view : {0, 40}) {
+        key.view_elevation_deg = view;
+        report_map(preset, key, file);
       }
-      fmt::print("\n");
-      report_grid(preset, key, environment, timed.streak, coefficients);
     }
   }
 }
