@@ -141,7 +141,7 @@ TEST(Sky, EveryStreakSeesItTurnedAsItsFormulaSays) {
   const TemporaryFolder folder;
   Scene scene = evening_scene(folder, 20000);
   scene.camera.target_m = {1, 5, 2.4};  // views from below and from above
-  RainRenderer renderer(scene, sky_atlas());
+  RainRenderer renderer(scene, sky_atlas(), {.widest_splat_px = 0});  // thin ones leave no record
   const StreakRecords records = renderer.streak_records(1.25);
   ASSERT_EQ(records.sky.size(), records.streaks.size());
   std::size_t next = 0, over = 0;
@@ -191,12 +191,22 @@ TEST(Sky, FramesUnderItAreTheExactCompositeOfTheSameHarmonics) {
   const TemporaryFolder folder;
   Scene scene = evening_scene(folder, 3000);
   scene.lights.clear();  // nothing else shines
-  // Bound as without a sky (realtime_composite_test.cpp): the mean field of streaks over each
-  // other, and columns merged down to four, in each of which all harmonics share one strip.
-  EXPECT_LT(error_of(scene, sky_atlas(), {}, 3), 0.02);
-  EXPECT_LT(error_of(scene, sky_atlas(), {.sky_degree = 2}, 2), 0.02);
-  EXPECT_LT(error_of(scene, sky_atlas(), {.sky_degree = 1}, 1), 0.02);
-  EXPECT_LT(error_of(scene, sky_atlas(), {.lookup = LookupMode::nearest}, 3), 0.02);
+  // Every streak a quad. Bound as without a sky (realtime_composite_test.cpp): the mean field of
+  // streaks over each other, and columns merged down to four, in each of which all harmonics share
+  // one strip.
+  const RenderOptions quads = {.widest_splat_px = 0};
+  for (const int degree : {1, 2, 3}) {
+    RenderOptions options = quads;
+    options.sky_degree = degree;
+    EXPECT_LT(error_of(scene, sky_atlas(), options, degree), 0.02) << degree;
+  }
+  RenderOptions nearest = quads;
+  nearest.lookup = LookupMode::nearest;
+  EXPECT_LT(error_of(scene, sky_atlas(), nearest, 3), 0.02);
+  // Thin ones walked: 0.022 off with one cell for the sky, 0.068 here, where harmonics as large as
+  // the uniform one make sums of both signs, whose light has no place of its own in a box; half as
+  // much again. Traced ones, in street.toml: 0.014.
+  EXPECT_LT(error_of(scene, sky_atlas(), {}, 3), 0.1);
   // And it tells degrees apart.
   EXPECT_GT(error_of(scene, sky_atlas(), {.sky_degree = 2}, 3), 0.1);
   EXPECT_GT(error_of(scene, sky_atlas(), {.sky_degree = 0}, 3), 0.1);
@@ -218,7 +228,7 @@ TEST(Sky, NoStreakIsDarkerThanBlack) {
   const Image rain = RainRenderer(scene, atlas).render(1.25).rain;
   EXPECT_GE(*std::min_element(rain.values.begin(), rain.values.end()), 0);
   // Cut where the exact composite cuts: the sum of a streak in a pixel. Half of the light cancels.
-  EXPECT_LT(error_of(scene, atlas, {}, 3), 0.04);
+  EXPECT_LT(error_of(scene, atlas, {.widest_splat_px = 0}, 3), 0.04);
 }
 
 TEST(Sky, AllHarmonicsOfAColumnLieBetweenTheSameEdges) {
