@@ -158,7 +158,12 @@ void camera_controls(Viewer& viewer, PanelState& panel) {
 
 void cost_rows(const Viewer& viewer) {
   if (!ImGui::CollapsingHeader("Costs of the last frame", ImGuiTreeNodeFlags_DefaultOpen)) return;
-  if (!ImGui::BeginTable("costs", 3, ImGuiTableFlags_SizingFixedFit)) return;
+  if (!ImGui::BeginTable("costs", 3)) return;
+  // A width that follows the text is known only after the first frame.
+  const float letter = ImGui::CalcTextSize("m").x;
+  ImGui::TableSetupColumn("pass", ImGuiTableColumnFlags_WidthFixed, 11 * letter);
+  ImGui::TableSetupColumn("cost", ImGuiTableColumnFlags_WidthFixed, 10 * letter);
+  ImGui::TableSetupColumn("skipped", ImGuiTableColumnFlags_WidthStretch);
   for (const PassCost& cost : viewer.frame.costs) {
     ImGui::TableNextRow();
     ImGui::TableNextColumn();

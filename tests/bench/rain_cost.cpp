@@ -34,6 +34,10 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+bool of_atlas(const std::string& resource) {
+  return resource == "atlas: sums" || resource == "thin streaks: profiles";
+}
+
 Cost measure(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options,
              int frames) {
   RainRenderer renderer(scene, atlas, options);
@@ -57,7 +61,7 @@ Cost measure(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& 
   for (const PlannedPass& pass : renderer.plan().passes) {
     if (pass.name != "rain") continue;
     for (const PlannedResource& resource : pass.resources)
-      cost.bytes += resource.name == "atlas: sums" ? 0 : resource.bytes;
+      cost.bytes += of_atlas(resource.name) ? 0 : resource.bytes;
   }
   return cost;
 }
