@@ -122,7 +122,6 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(streaks_at, pass.streaks);
   bind_storage(lit_streaks_at, pass.lit_streaks);
   bind_storage(lights_at, pass.lights);
-  bind_storage(atlas_lights_at, pass.atlas_lights);
   bind_storage(atlas_layers_at, pass.atlas_layers);
   bind_storage(atlas_views_at, pass.atlas_views);
   bind_storage(atlas_spans_at, pass.atlas->spans);
@@ -140,6 +139,9 @@ void bind_inputs(const RainPass& pass) {
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
+  } else {
+    bind_storage(atlas_lights_at, pass.atlas_lights);
+    bind_storage(light_candidates_at, pass.light_candidates);
   }
   if (pass.sky.id()) {
     bind_storage(sky_at, pass.sky);
@@ -313,7 +315,6 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);
   pass.lights = make_buffer(gpu_lights(scene, shadows.slots));
-  pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
   pass.atlas_views = make_buffer(atlas_views(atlas));
   pass.view_taps = options.lookup == LookupMode::nearest ? 1 : 2;
@@ -322,6 +323,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     pass.light_rows = make_buffer(gpu_light_rows(atlas));
     pass.light_entries = make_buffer(gpu_light_entries(atlas));
   } else {
+    pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
     pass.light_candidates = make_buffer(light_candidates(light_vectors(atlas)));
   }
   pass.quads = make_quads(pass.quad_indices);

@@ -3,36 +3,10 @@
 #include "rain_placement.glsl"
 #include "shadows.glsl"
 
-layout(std430, binding = ATLAS_LIGHTS) readonly buffer AtlasLights { vec4 atlas_lights[]; };
-layout(std430, binding = LIGHT_CANDIDATES) readonly buffer LightCandidates { uint light_candidates[]; };
 layout(std430, binding = ATLAS_LAYERS) readonly buffer AtlasLayers { int mirrored_layer[]; };
 layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };  // x: deg
 
 const float degrees_per_radian = 57.29577951308232;
-
-// Cell of the square that an octahedron unfolds to (realtime/light_candidates.h).
-uint candidates_cell(vec3 d) {
-  vec2 square = d.xy / (abs(d.x) + abs(d.y) + abs(d.z));
-  if (d.z < 0.0) square = (1.0 - abs(square.yx)) * mix(vec2(-1), vec2(1), greaterThanEqual(square, vec2(0)));
-  uvec2 cell = uvec2(clamp(0.5 * (square + 1.0) * float(CANDIDATE_CELLS), 0.0, float(CANDIDATE_CELLS) - 0.5));
-  return cell.y * CANDIDATE_CELLS + cell.x;
-}
-
-// The light of the atlas nearest to a folded direction; ties: the lower index. A tie is what lies
-// within the rounding of float: 1e-6 of squared chord is 0.0003 degrees at 10 degrees.
-uint nearest_light(vec3 wanted) {
-  uint cell = candidates_cell(wanted), nearest = 0u;
-  float least = 5.0;  // a squared chord is at most 4
-  for (uint i = light_candidates[cell]; i < light_candidates[cell + 1u]; ++i) {
-    vec3 chord = wanted - atlas_lights[light_candidates[i]].xyz;
-    float squared = dot(chord, chord);
-    if (squared < least - 1e-6) {
-      least = squared;
-      nearest = light_candidates[i];
-    }
-  }
-  return nearest;
-}
 
 // Views from below, where the atlas has none of its own, are served by those from above.
 bool flips_views_below() {
@@ -64,6 +38,37 @@ uint cell_of(uint light, bool mirrored, int layer) {
 void keep_lit(uint place, vec3 lux, uint cell);
 
 #if TAPS == 1
+layout(std430, binding = ATLAS_LIGHTS) readonly buffer AtlasLights { vec4 atlas_lights[]; };
+layout(std430, binding = LIGHT_CANDIDATES) readonly buffer LightCandidates {
+  uint light_candidates[];
+};
+
+// Cell of the square that an octahedron unfolds to (realtime/light_candidates.h).
+uint candidates_cell(vec3 d) {
+  vec2 square = d.xy / (abs(d.x) + abs(d.y) + abs(d.z));
+  if (d.z < 0.0)
+    square = (1.0 - abs(square.yx)) * mix(vec2(-1), vec2(1), greaterThanEqual(square, vec2(0)));
+  const float cells = float(CANDIDATE_CELLS);
+  uvec2 cell = uvec2(clamp(0.5 * (square + 1.0) * cells, 0.0, cells - 0.5));
+  return cell.y * CANDIDATE_CELLS + cell.x;
+}
+
+// The light of the atlas nearest to a folded direction; ties: the lower index. A tie is what lies
+// within the rounding of float: 1e-6 of squared chord is 0.0003 degrees at 10 degrees.
+uint nearest_light(vec3 wanted) {
+  uint cell = candidates_cell(wanted), nearest = 0u;
+  float least = 5.0;  // a squared chord is at most 4
+  for (uint i = light_candidates[cell]; i < light_candidates[cell + 1u]; ++i) {
+    vec3 chord = wanted - atlas_lights[light_candidates[i]].xyz;
+    float squared = dot(chord, chord);
+    if (squared < least - 1e-6) {
+      least = squared;
+      nearest = light_candidates[i];
+    }
+  }
+  return nearest;
+}
+
 void keep_taps(uint first, vec3 lux, Folded folded, int layer) {
   keep_lit(first, lux, cell_of(nearest_light(folded.direction), folded.mirrored, layer));
 }
