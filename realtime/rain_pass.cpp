@@ -1,13 +1,13 @@
 #include "realtime/rain_pass.h"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "realtime/group_passes.h"
 #include "realtime/light_candidates.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
@@ -16,8 +16,6 @@
 namespace pluvia {
 namespace {
 
-constexpr int group_size = 256;           // drops of a compute group
-constexpr GLuint groups_per_row = 32768;  // of a dispatch: 65535 is all that is promised
 constexpr int quads_per_instance = 1024;  // few instances: each costs a set-up, whatever it draws
 
 enum Binding : GLuint {
@@ -112,10 +110,6 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
   return all;
 }
 
-void bind_storage(GLuint binding, const GlBuffer& buffer) {
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer.id());
-}
-
 void bind_inputs(const RainPass& pass) {
   glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniform_buffer.id());
   bind_storage(group_starts_at, pass.group_starts);
@@ -152,15 +146,10 @@ void bind_inputs(const RainPass& pass) {
   glBindTextureUnit(sums_at, pass.atlas->sums.id());
 }
 
-// A shader sees no more of a buffer than this OpenGL promises.
-GlBuffer upload_values(const char* what, const std::vector<float>& values) {
-  GLint64 largest = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
-  const std::size_t bytes = values.size() * sizeof(float);
-  if (bytes > static_cast<std::size_t>(largest))
-    throw std::runtime_error(fmt::format(
-        "rain: {} need {} bytes; expected at most {} on this OpenGL", what, bytes, largest));
-  return make_buffer(values);
+GlBuffer upload_values(const std::string& what, const std::vector<float>& values) {
+  GlBuffer buffer = make_storage(what, values.size() * sizeof(float));
+  update_buffer(buffer, values);
+  return buffer;
 }
 
 GlVertexArray make_quads(GlBuffer& indices) {
@@ -208,19 +197,15 @@ struct StreakCounts {
   std::size_t wide = 0, thin = 0;
 };
 
-// Exclusive sums of the groups' counts of wide streaks, put back for the placing shader.
+// Leaves where the wide streaks of each group begin to the placing shader.
 StreakCounts sum_groups(const RainPass& pass) {
-  std::vector<GLuint> groups(pass.groups.size());
-  const auto bytes = static_cast<GLsizeiptr>(groups.size() * sizeof(GLuint));
-  glGetNamedBufferSubData(pass.group_starts.id(), 0, bytes, groups.data());
+  std::vector<GLuint> groups = read_counts(pass.group_starts, pass.groups.size());
   StreakCounts total;
   for (GLuint& group : groups) {  // thin ones are counted in the upper half (rain_splat.comp)
     total.thin += group >> 16;
     group &= 0xffffu;
-    total.wide += group;
   }
-  std::exclusive_scan(groups.begin(), groups.end(), groups.begin(), GLuint{0});
-  glNamedBufferSubData(pass.group_starts.id(), 0, bytes, groups.data());
+  total.wide = write_starts(pass.group_starts, std::move(groups));
   return total;
 }
 
@@ -232,18 +217,10 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
   if (streaks <= pass.capacity) return;
   const std::size_t capacity = streaks + streaks / 4;  // the next frames may show a few more
   const std::size_t cells = lit_per_streak(pass);
-  const std::size_t bytes =
-      capacity * std::max(sizeof(StreakRecord), cells * sizeof(LitStreakRecord));
-  GLint64 largest = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
-  if (bytes > static_cast<std::size_t>(largest))
-    throw std::runtime_error(
-        fmt::format("rain: {} streaks in view, each lit by {} cells, need {} bytes; expected at "
-                    "most {} on this "
-                    "OpenGL",
-                    streaks, cells, bytes, largest));
-  pass.streaks = make_buffer(nullptr, capacity * sizeof(StreakRecord));
-  pass.lit_streaks = make_buffer(nullptr, capacity * cells * sizeof(LitStreakRecord));
+  const std::string what =
+      fmt::format("rain: {} streaks in view, each lit by {} cells,", streaks, cells);
+  pass.streaks = make_storage(what, capacity * sizeof(StreakRecord));
+  pass.lit_streaks = make_storage(what, capacity * cells * sizeof(LitStreakRecord));
   if (pass.sky_cells > 1)
     pass.sky_streaks = make_buffer(nullptr, capacity * sizeof(SkyOfStreakRecord));
   pass.capacity = capacity;
@@ -251,24 +228,12 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
 
 void dispatch(const RainPass& pass, const ShaderProgram& program) {
   bind_inputs(pass);
-  glUseProgram(program.id());
-  const auto groups = static_cast<GLuint>(pass.groups.size());
-  glDispatchCompute(std::min(groups, groups_per_row),
-                    (groups + groups_per_row - 1) / groups_per_row, 1);
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  dispatch_groups(program, pass.groups.size());
 }
 
-// Behind surfaces, adding to what is there.
 void begin_streaks(const RainPass& pass, const GlFramebuffer& target) {
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
-  glViewport(0, 0, static_cast<int>(pass.uniforms.camera.up.w),
-             static_cast<int>(pass.uniforms.camera.forward.w));
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
+  begin_blending(target, static_cast<int>(pass.uniforms.camera.up.w),
+                 static_cast<int>(pass.uniforms.camera.forward.w));
 }
 
 // Draws the thin streaks too, where the pass has that.
@@ -310,8 +275,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
                   pass.sky_cells, kept.sums);
   if (pass.sky_cells > 1) pass.sky = make_buffer(gpu_sky(sky, space));
   if (!scene.rain.density.share.empty())
-    pass.densities = upload_values("the texels of the density map", scene.rain.density.share);
-  pass.top_heights = upload_values("top heights", gpu_top_heights(space));
+    pass.densities = upload_values("rain: the texels of the density map", scene.rain.density.share);
+  pass.top_heights = upload_values("rain: top heights", gpu_top_heights(space));
   pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
   pass.size_buffer = make_buffer(pass.sizes);
   pass.lights = make_buffer(gpu_lights(scene, shadows.slots));

@@ -1,13 +1,12 @@
 #include "realtime/splash_pass.h"
 
 #include <algorithm>
-#include <numeric>
-#include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "raytrace/droplet_light.h"
+#include "realtime/group_passes.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"
@@ -15,8 +14,6 @@
 namespace pluvia {
 namespace {
 
-constexpr int group_size = 256;
-constexpr GLuint groups_per_row = 32768;
 constexpr int phase_bins = 360;
 constexpr double gravity_m_s2 = 9.80665;
 
@@ -64,10 +61,6 @@ ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadow
           {"PHASE", std::to_string(phase_at)},
           {"SHADOW_VIEWS", std::to_string(shadow_views_at)},
           {"SHADOW_MAPS", std::to_string(shadow_maps_at)}};
-}
-
-void bind_storage(GLuint binding, const GlBuffer& buffer) {
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer.id());
 }
 
 void add_groups(SplashPass& pass, const GpuDropGroup& group, std::uint32_t drops) {
@@ -159,36 +152,12 @@ void bind_inputs(const SplashPass& pass, const RainPass& rain, const ShadowPass&
   glBindTextureUnit(shadow_maps_at, shadows.maps.id());
 }
 
-void dispatch(const SplashPass& pass, const ShaderProgram& program) {
-  glUseProgram(program.id());
-  const auto groups = static_cast<GLuint>(pass.groups.size());
-  glDispatchCompute(std::min(groups, groups_per_row),
-                    (groups + groups_per_row - 1) / groups_per_row, 1);
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-}
-
-// Their counts, as exclusive sums put back for the placing shader.
-std::size_t sum_groups(const SplashPass& pass) {
-  std::vector<GLuint> counts(pass.groups.size());
-  const auto bytes = static_cast<GLsizeiptr>(counts.size() * sizeof(GLuint));
-  glGetNamedBufferSubData(pass.group_starts.id(), 0, bytes, counts.data());
-  const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-  std::exclusive_scan(counts.begin(), counts.end(), counts.begin(), GLuint{0});
-  glNamedBufferSubData(pass.group_starts.id(), 0, bytes, counts.data());
-  return total;
-}
-
 void reserve_strokes(SplashPass& pass, std::size_t strokes) {
   if (strokes <= pass.capacity) return;
-  pass.capacity = strokes + strokes / 4;
-  const std::size_t bytes = pass.capacity * sizeof(StrokeRecord);
-  GLint64 largest = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &largest);
-  if (bytes > static_cast<std::size_t>(largest))
-    throw std::runtime_error(fmt::format(
-        "splashes: {} strokes in view need {} bytes; expected at most {} on this OpenGL", strokes,
-        bytes, largest));
-  pass.strokes = make_buffer(nullptr, bytes);
+  const std::size_t capacity = strokes + strokes / 4;
+  pass.strokes = make_storage(fmt::format("splashes: {} strokes in view", strokes),
+                              capacity * sizeof(StrokeRecord));
+  pass.capacity = capacity;
 }
 
 }  // namespace
@@ -221,30 +190,25 @@ void place_splashes(SplashPass& pass, const Scene& scene, const RainPass& rain,
   if (pass.groups.empty()) return;
   if (pass.group_capacity != groups_before) {
     pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
-    pass.hits = make_buffer(nullptr, pass.group_capacity * group_size * sizeof(GLuint));
+    pass.hits = make_storage("splashes: groups of drops",
+                             pass.group_capacity * group_size * sizeof(GLuint));
   }
   bind_inputs(pass, rain, shadows);
-  dispatch(pass, pass.count);
-  pass.strokes_in_view = sum_groups(pass);
+  dispatch_groups(pass.count, pass.groups.size());
+  pass.strokes_in_view =
+      write_starts(pass.group_starts, read_counts(pass.group_starts, pass.groups.size()));
   if (pass.strokes_in_view == 0) return;
   reserve_strokes(pass, pass.strokes_in_view);
   bind_inputs(pass, rain, shadows);
-  dispatch(pass, pass.place);
+  dispatch_groups(pass.place, pass.groups.size());
 }
 
 std::string draw_splashes(const SplashPass& pass, const RainPass& rain) {
   if (pass.strokes_in_view == 0) return "no splash in view";
   bind_storage(strokes_at, pass.strokes);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, rain.target.id());
   const float width = rain.uniforms.camera.up.w, height = rain.uniforms.camera.forward.w;
-  glViewport(0, 0, static_cast<int>(width), static_cast<int>(height));
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
+  begin_blending(rain.target, static_cast<int>(width), static_cast<int>(height));
   glBlendFunc(GL_ONE, GL_ONE);
-  glDisable(GL_CULL_FACE);
   glUseProgram(pass.draw.id());
   glUniform2f(0, width, height);
   glBindVertexArray(pass.no_vertices.id());
