@@ -309,6 +309,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
   pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
+  const std::string quads_alone = why_all_quads(scene.camera, most_storage_bytes());
+  if (options.widest_splat_px > 0 && !quads_alone.empty()) pass.notes.push_back(quads_alone);
   if (pass.splat.empty())
     pass.count = build_program({"rain_count.comp"}, defines(false, pass));
   else

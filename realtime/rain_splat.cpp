@@ -7,14 +7,26 @@
 
 #include <fmt/format.h>
 
+#include "realtime/group_passes.h"
+
 namespace pluvia {
 namespace {
 
-// The finest level in which a bin of the widest streak is at most half a pixel long: rows of a cell
-// are as far apart as its columns.
+// The finest level in which a bin of the widest streak is at most an eighth of a pixel long, as
+// rain_splat.comp wants it: rows of a cell are as far apart as its columns. Beyond the level that
+// has each cell in one bin all are alike.
 int finest_profile(const StreakAtlas& atlas, double widest_px) {
+  int rows = 1;
+  for (int view = 0; view < static_cast<int>(atlas.views.size()); ++view)
+    rows = std::max(rows, cell_rect(atlas, view, 0, 0).height);
   const double row_px = widest_px / atlas.cell_width_px;
-  return std::max(0, static_cast<int>(std::floor(std::log2(0.125 / row_px))));
+  return static_cast<int>(
+      std::clamp(std::floor(std::log2(0.125 / row_px)), 0.0, std::ceil(std::log2(rows))));
+}
+
+std::size_t sums_bytes(const Camera& camera) {
+  return 5 * static_cast<std::size_t>(camera.width_px) *
+         static_cast<std::size_t>(camera.height_px) * sizeof(GLint);
 }
 
 // The greatest value of the pictures under a point light; 1e-30 for an atlas that is black.
@@ -28,22 +40,26 @@ double brightest_per_lux(const StreakAtlas& atlas) {
 
 }  // namespace
 
+std::string why_all_quads(const Camera& camera, std::size_t most_bytes) {
+  if (sums_bytes(camera) <= most_bytes) return "";
+  return fmt::format("streaks are all quads: sums of {} x {} pixels need {} bytes, of {}",
+                     camera.width_px, camera.height_px, sums_bytes(camera), most_bytes);
+}
+
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
                           const RenderOptions& options, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms) {
   if (!(options.widest_splat_px >= 0 && options.widest_splat_px <= 16))
     throw std::runtime_error(
         fmt::format("widest_splat_px = {}; expected 0 .. 16", options.widest_splat_px));
-  if (options.widest_splat_px == 0) return {};
+  if (options.widest_splat_px == 0 || !why_all_quads(scene.camera, most_storage_bytes()).empty())
+    return {};
   RainSplat splat;
   splat.atlas = upload_profiles(atlas, finest_profile(atlas, options.widest_splat_px), sky_cells,
                                 std::move(kept));
-  splat.width = scene.camera.width_px, splat.height = scene.camera.height_px;
   splat.widest_px = options.widest_splat_px;
   splat.radiance_quantum_cd_m2 = scene.camera.white_cd_m2 / quanta_of_white;
-  const auto pixels =
-      static_cast<std::size_t>(splat.width) * static_cast<std::size_t>(splat.height);
-  splat.sums = make_buffer(nullptr, 5 * pixels * sizeof(GLint));
+  splat.sums = make_buffer(nullptr, sums_bytes(scene.camera));
   uniforms.splat = {options.widest_splat_px, longest_splat_px, 1 / splat.radiance_quantum_cd_m2,
                     quanta_of_share};
   splat.overflow = make_buffer(nullptr, sizeof(GLuint));

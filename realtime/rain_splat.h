@@ -2,7 +2,9 @@
 // keeps for them. Nothing is made where RenderOptions asks for none.
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <string>
 
 #include <glm/vec4.hpp>
 
@@ -18,8 +20,8 @@ namespace pluvia {
 
 // A longer path is drawn as a quad: no thread walks on when all others of its group are done.
 constexpr double longest_splat_px = 64;
-constexpr int splat_steps =
-    160;                         // borders of pixels that a walk may pass: sqrt(2) 64, and the ends
+// Borders of pixels that a walk may pass: sqrt(2) 64, and the ends.
+constexpr int splat_steps = 160;
 constexpr int splat_lights = 8;  // walked together
 // Quanta of the sums. 2^30 of them are the most that a pixel takes: 16384 times what a PNG shows as
 // white, and optical depth 256.
@@ -29,7 +31,6 @@ constexpr double quanta_of_white = 1 << 16, quanta_of_share = 1 << 22;
 constexpr double most_streak_quanta = 1 << 26;
 
 struct RainSplat {
-  int width = 0, height = 0;
   double widest_px = 0;
   double radiance_quantum_cd_m2 = 0;
   std::shared_ptr<const GpuProfiles> atlas = {};
@@ -45,8 +46,12 @@ struct SplatUniforms {  // of RainUniforms
   glm::ivec4 levels = {};
 };
 
-// kept: of an earlier pass of the same atlas. The program comes from the rain pass. Throws
-// std::runtime_error for options out of range.
+// Why no streak is drawn by rain_splat.comp, although options ask for it: a shader may see only
+// most_bytes of the sums. Empty: it sees them.
+std::string why_all_quads(const Camera& camera, std::size_t most_bytes);
+
+// Empty where options ask for none, or why_all_quads says so. kept: of an earlier pass of the same
+// atlas. The program comes from the rain pass. Throws std::runtime_error for options out of range.
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
                           const RenderOptions& options, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms);

@@ -10,6 +10,7 @@
 #include "realtime/light_candidates.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
+#include "realtime/rain_splat.h"
 #include "realtime/streak_profiles.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
@@ -185,6 +186,37 @@ TEST(ThinStreaks, LightBeyondTheIntegersIsDrawnByQuadsBitForBit) {
     EXPECT_EQ(frame.streaks_in_view, quads.streaks_in_view);
     EXPECT_TRUE(frame.color.values == quads.color.values);
   }
+}
+
+std::size_t profile_bytes(const FramePlan& plan) {
+  for (const PlannedPass& pass : plan.passes) {
+    for (const PlannedResource& resource : pass.resources) {
+      if (resource.name == "thin streaks: profiles") return resource.bytes;
+    }
+  }
+  return 0;
+}
+
+TEST(ThinStreaks, ArbitrarilyNarrowOnesMayBeAskedFor) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = rainy_scene(1000);
+  const Frame quads = RainRenderer(scene, quarter_atlas(), all_quads).render(0.5);
+  const auto bytes = profile_bytes(RainRenderer(scene, quarter_atlas()).plan());
+  for (const double widest_px : {1e-3, 1e-9, 5e-324}) {
+    RainRenderer thin(scene, quarter_atlas(), {.widest_splat_px = widest_px});
+    // No drop of the scene is so far away; the narrower, the fewer bins.
+    EXPECT_TRUE(thin.render(0.5).color.values == quads.color.values) << widest_px;
+    EXPECT_GT(profile_bytes(thin.plan()), 0u) << widest_px;
+    EXPECT_LT(profile_bytes(thin.plan()), bytes) << widest_px;
+  }
+}
+
+TEST(ThinStreaks, AreQuadsWhereTheSumsOfThePictureDoNotFit) {
+  // Five integers of four bytes for each of 4 x 3 pixels: 240 bytes.
+  const Camera camera = {.width_px = 4, .height_px = 3};
+  EXPECT_EQ(why_all_quads(camera, 240), "");
+  EXPECT_EQ(why_all_quads(camera, 239),
+            "streaks are all quads: sums of 4 x 3 pixels need 240 bytes, of 239");
 }
 
 TEST(ThinStreaks, NothingIsMadeForThemWhereNoneIsAskedFor) {
