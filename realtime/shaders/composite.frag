@@ -1,12 +1,12 @@
 #version 450 core
-// C = T B + S, with B the mean of the pixel's SUBPIXELS x SUBPIXELS samples, T = exp(-sum tau) what all
-// streaks together let through, and S their light as seen past each other.
+// C = T B + S, with B the mean of the pixel's SUBPIXELS x SUBPIXELS samples, T = exp(-sum tau) what
+// all streaks together let through, and S their light as seen past each other.
 //
-// Streaks are added in any order, so which hides which is unknown. In the mean, a streak has exp(-sigma
-// d) of the rain before it, d its depth beyond where the rain begins: each is added with that weight,
-// and the sum is scaled so
-// that what covers the pixel is what hides it:  S = sum(w S_i) (1 - T) / sum(w c_i).  For one streak
-// that is S_i exactly; for many faint ones the sum of all.
+// Streaks are added in any order, so which hides which is unknown. In the mean, a streak has
+// exp(-sigma d) of the rain before it, d its depth beyond where the rain begins: each is added with
+// that weight, and the sum is scaled so that what covers the pixel is what hides it:
+//   S = sum(w S_i) (1 - T) / sum(w c_i)
+// For one streak that is S_i exactly; for many faint ones the sum of all.
 layout(binding = SCENE_COLOR) uniform sampler2D scene_color;
 #if WITH_RAIN
 layout(binding = RAIN) uniform sampler2D rain_sum;
@@ -35,7 +35,8 @@ void main() {
   float coverage = texelFetch(coverage_sum, px, 0).r;
 #if WITH_SPLAT
   int first = 5 * (px.y * textureSize(rain_sum, 0).x + px.x);
-  streaks.rgb += RADIANCE_QUANTUM * vec3(splat_sums[first], splat_sums[first + 1], splat_sums[first + 2]);
+  ivec3 light = ivec3(splat_sums[first], splat_sums[first + 1], splat_sums[first + 2]);
+  streaks.rgb += RADIANCE_QUANTUM * vec3(light);
   streaks.a += SHARE_QUANTUM * float(splat_sums[first + 3]);
   coverage += SHARE_QUANTUM * float(splat_sums[first + 4]);
 #endif

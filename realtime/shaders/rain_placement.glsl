@@ -112,7 +112,7 @@ bool in_picture(Placement placed) {
          all(lessThan(low, vec2(camera_up.w, camera_forward.w)));
 }
 
-// Whether rain_splat.comp draws it. Nothing is where the scene has no such pass: splat is 0 then.
+// Whether rain_splat.comp draws it. Without that pass no streak is thin: splat is 0 then.
 bool is_thin(Placement placed) {
   float row_px = length(placed.row_px);
   float twist = placed.column_px.x * placed.row_px.y - placed.column_px.y * placed.row_px.x;
