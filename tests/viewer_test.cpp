@@ -165,9 +165,13 @@ TEST(SceneEdits, AnEffectThatIsOffIsNotInTheScene) {
   EXPECT_FALSE(edited_scene(scene, edits).glow) << "glow needs fog";
   edits.fog = true;
   EXPECT_TRUE(edited_scene(scene, edits).glow);
-  edits.rain = edits.shadows = false;
+  EXPECT_FALSE(edited_scene(scene, edits).splashes);
+  edits.splashes = true;
+  EXPECT_TRUE(edited_scene(scene, edits).splashes);
+  edits.rain = edits.shadows = false;  // and splashes need rain
   const Scene off = edited_scene(scene, edits);
   EXPECT_TRUE(off.rain.sizes.empty());
+  EXPECT_FALSE(off.splashes);
   EXPECT_FALSE(off.lights[0].shadow);
 }
 
@@ -194,6 +198,7 @@ std::vector<NamedEdit> all_edits(const SceneEdits& none) {
   add("exposure", [](SceneEdits& e) { e.exposure_s *= 2; });
   add("field of view", [](SceneEdits& e) { e.vertical_fov_deg = 60; });
   add("rain", [](SceneEdits& e) { e.rain = false; });
+  add("splashes", [](SceneEdits& e) { e.splashes = false; });
   add("shadows", [](SceneEdits& e) { e.shadows = false; });
   add("fog", [](SceneEdits& e) { e.fog = false; });
   add("glow", [](SceneEdits& e) { e.glow = false; });
@@ -214,6 +219,7 @@ Scene full_scene() {
   add_rectangle(scene.mesh, {-1, 6, 0}, {2, 0, 0}, {0, 0, 2}, {.base_color = {0.5, 0.5, 0.5}});
   scene.fog = Fog{.extinction_per_m = 0.02};
   scene.glow = Glow{};
+  scene.splashes = Splashes{};
   return scene;
 }
 

@@ -76,6 +76,10 @@ void effect_controls(Viewer& viewer) {
   if (!ImGui::CollapsingHeader("Effects", ImGuiTreeNodeFlags_DefaultOpen)) return;
   ImGui::Checkbox("rain", &edits.rain);
   ImGui::SameLine();
+  const bool any_drop = !viewer.scene.rain.sizes.empty() || !viewer.scene.drops.empty();
+  ImGui::BeginDisabled(!any_drop || !edits.rain);
+  ImGui::Checkbox("splashes", &edits.splashes);
+  ImGui::EndDisabled();
   ImGui::Checkbox("fog", &edits.fog);
   ImGui::SameLine();
   ImGui::BeginDisabled(!edits.fog);

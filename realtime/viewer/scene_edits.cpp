@@ -62,6 +62,7 @@ SceneEdits edits_of(const Scene& scene, const RenderOptions& options) {
           .fog = scene.fog.has_value(),
           .glow = scene.glow.has_value(),
           .air = scene.fog.value_or(Fog()),
+          .splashes = scene.splashes.has_value(),
           .options = options};
 }
 
@@ -85,6 +86,8 @@ Scene edited_scene(const Scene& scene, const SceneEdits& edits) {
   }
   edited.fog = edits.fog ? std::optional<Fog>(edits.air) : std::nullopt;
   edited.glow = edits.fog && edits.glow ? std::optional<Glow>(Glow()) : std::nullopt;
+  edited.splashes =
+      edits.rain && edits.splashes ? std::optional<Splashes>(Splashes()) : std::nullopt;
   return edited;
 }
 
@@ -93,6 +96,7 @@ std::string needs_remake(const SceneEdits& made, const SceneEdits& now) {
   if (now.rain && now.white_cd_m2 < made.white_cd_m2 / 8) return "white";
   if (now.rain && made.rate_mm_h != now.rate_mm_h) return "rate";
   if (now.rain && made.wind_m_s != now.wind_m_s) return "wind";
+  if (now.rain && made.splashes != now.splashes) return "splashes";
   if (made.exposure_s != now.exposure_s) return "exposure";
   if (made.vertical_fov_deg != now.vertical_fov_deg) return "field of view";
   if (made.shadows != now.shadows) return "shadows";

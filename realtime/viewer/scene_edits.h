@@ -24,8 +24,9 @@ struct SceneEdits {
   bool rain = true;     // the scene's drops, single ones too
   bool shadows = true;  // those of the scene's lights that have one
   bool fog = false;
-  bool glow = false;  // only with fog
-  Fog air = {};       // where fog is on
+  bool glow = false;      // only with fog
+  Fog air = {};           // where fog is on
+  bool splashes = false;  // only with rain
   RenderOptions options = {};
   int pixel_px = 1;  // of the window, along a side of the picture's pixel
 };
