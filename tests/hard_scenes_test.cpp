@@ -155,6 +155,112 @@ TEST(HardScene, ABlackDensityMapIsADryFrameAndAWhiteOneIsAnyRain) {
   }
 }
 
+TEST(HardScene, UnderOneWhitePixelItRainsThereAlone) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(60000);
+  scene.camera.target_m = scene.camera.position_m + Eigen::Vector3d(0, 1, 0);
+  const Eigen::Vector2d low = scene.rain.box_min_m.head<2>(), high = scene.rain.box_max_m.head<2>();
+  scene.rain.density = {.width = 8,
+                        .height = 8,
+                        .share = std::vector<float>(64, 0),
+                        .min_m = low,
+                        .max_m = high,
+                        .height_m = scene.rain.box_max_m.z()};
+  scene.rain.density.share[1 * 8 + 5] = 1;  // from the north, and from the west
+  sum_density(scene.rain.density);
+  const Frame frame = draw(scene);
+  expect_sound(frame);
+  EXPECT_GT(frame.streaks_in_view, 100);
+  // A level camera shows a column of rain as columns of pixels, and a streak is 7 mm wide.
+  const Eigen::Vector2d side = (high - low) / 8;
+  const double focal_px = camera_frame(scene.camera).focal_px;
+  const auto column_px = [&](int x, int y) {
+    const Eigen::Vector2d away =
+        low + side.cwiseProduct(Eigen::Vector2d(x, y)) - scene.camera.position_m.head<2>();
+    return 80 + focal_px * away.x() / away.y();
+  };
+  const double left_px = std::min(column_px(5, 6), column_px(5, 7)) - 1.5;
+  const double right_px = std::max(column_px(6, 6), column_px(6, 7)) + 1.5;
+  ASSERT_LT(right_px - left_px, 80);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const bool below = x + 1 > left_px && x < right_px;
+      EXPECT_TRUE(below || frame.rain_tau.at(x, y) == 0) << x;
+    }
+  }
+}
+
+// Fog that glows, shadows, splashes, and all kinds of light.
+Scene scene_of_all_effects() {
+  Scene scene = rainy_scene(2000);
+  Light spot{"spot", {1, 6, 4}, {500, 500, 500}, LightKind::spot};
+  Light sun{.name = "sun", .kind = LightKind::sun};
+  sun.direction = Eigen::Vector3d(0.3, -0.9, -0.4).normalized();
+  sun.illuminance_lux = {50, 40, 30};
+  scene.lights.push_back(spot);
+  scene.lights.push_back(sun);
+  for (Light& light : scene.lights) light.shadow = true;
+  add_rectangle(scene.mesh, {-1, 4, 2}, {2, 0, 0}, {0, 2, 0}, {});
+  scene.fog = Fog{.extinction_per_m = 0.02};
+  scene.glow.emplace();
+  scene.splashes.emplace();
+  return scene;
+}
+
+TEST(HardScene, AllEffectsAtOnceLoseNoNumber) {
+  PLUVIA_NEEDS_OPENGL();
+  struct Oddity {
+    const char* name;
+    void (*change)(Scene&);
+  };
+  const Oddity oddities[] = {
+      {"none", [](Scene&) {}},
+      {"one second", [](Scene& s) { s.camera.exposure_s = 1; }},
+      {"no light", [](Scene& s) { s.lights.clear(), s.environment = {}; }},
+      {"no surface", [](Scene& s) { s.mesh = {}; }},
+      {"along the fall",
+       [](Scene& s) { s.camera.target_m = s.camera.position_m - Eigen::Vector3d(0, 0, 1); }},
+      {"a lamp in the lens", [](Scene& s) { s.lights[0].position_m = s.camera.position_m; }},
+      {"a lamp a centimetre ahead",
+       [](Scene& s) {
+         s.lights[0].position_m = s.camera.position_m + Eigen::Vector3d(0, 0.01, 0);
+         s.camera.target_m = s.lights[0].position_m;
+       }},
+      {"lamps on the ground",
+       [](Scene& s) {
+         for (Light& l : s.lights) l.position_m.z() = 0;
+       }},
+      {"a lens on the ground",
+       [](Scene& s) { s.camera.position_m.z() = s.camera.target_m.z() = 0; }},
+      {"fog that scatters straight on", [](Scene& s) { s.fog->asymmetry = 0.99; }},
+      {"fog that scatters straight back, and hides all",
+       [](Scene& s) { s.fog = {.extinction_per_m = 100, .asymmetry = -0.99}; }},
+      {"a sun from below",
+       [](Scene& s) {
+         s.lights[3].direction = {0, 0, 1};
+       }},
+      {"one pixel", [](Scene& s) { s.camera.width_px = s.camera.height_px = 1; }},
+      {"150 degrees", [](Scene& s) { s.camera.vertical_fov_deg = 150; }}};
+  for (const Oddity& oddity : oddities) {
+    SCOPED_TRACE(oddity.name);
+    Scene scene = scene_of_all_effects();
+    oddity.change(scene);
+    const Frame frame = draw(scene);
+    expect_sound(frame);
+    EXPECT_TRUE(all_finite(frame.background));
+    for (const float depth_m : frame.depth_m.values) ASSERT_GT(depth_m, 0);  // sky: infinity
+  }
+}
+
+TEST(HardScene, NoExposureIsNoStreak) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(100);
+  scene.camera.exposure_s = 0;
+  EXPECT_EQ(message_of([&] { draw(scene); }),
+            "scene: camera.exposure_s = 0 s; expected 0.00038 s or more, in which a drop of 3.2 mm "
+            "falls its own diameter: less shows drops, not streaks");
+}
+
 TEST(HardScene, AHurricaneOfTinyDropsIsDrawn) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(0);

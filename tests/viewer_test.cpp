@@ -279,6 +279,7 @@ TEST(Viewer, AWindowOfNoSizeDrawsNothingAndOneOfAnotherSizeAllOfIt) {
   const Frame wide = frame_of(viewer, 301, 77);
   EXPECT_EQ(wide.color.width, 301);
   EXPECT_EQ(wide.color.height, 77);
+  EXPECT_TRUE(all_finite(frame_of(viewer, 1, 1).color));
   viewer.edits.pixel_px = 4;
   const Frame coarse = frame_of(viewer, 301, 77);
   EXPECT_EQ(coarse.color.width, 76);
