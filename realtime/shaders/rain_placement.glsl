@@ -117,8 +117,6 @@ bool is_thin(Placement placed) {
   float row_px = length(placed.row_px);
   float twist = placed.column_px.x * placed.row_px.y - placed.column_px.y * placed.row_px.x;
   float width_px = abs(twist) / row_px * cell.y;
-  // Seen along its fall a streak is no line.
-  bool is_line = row_px * placed.path_rows >= 2.0 * width_px;
-  return is_line && placed.lux <= splat_most.x && width_px <= splat.x &&
+  return placed.lux <= splat_most.x && width_px <= splat.x &&
          row_px * end_row(placed.path_rows, placed.clip_row) <= splat.y;
 }
