@@ -38,6 +38,7 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
                      Report& report) {
   Scene scene = read_scene(scene_file);
   scene.camera = camera_at(scene, time_s);
+  scene.splashes.reset();  // the composite lays down streaks alone
   const StreakAtlas atlas = read_atlas(atlas_folder);
   RainRenderer renderer(scene, atlas);
   renderer.render(time_s);  // the first frame compiles and uploads
