@@ -1,5 +1,7 @@
 #include "realtime/gpu_atlas.h"
 
+#include <algorithm>
+
 namespace pluvia {
 namespace {
 
@@ -7,6 +9,15 @@ namespace {
 // none.
 bool holds_sky(int kept_cells, int cells) {
   return kept_cells == cells || (kept_cells == 1 && cells == 0);
+}
+
+// The greatest value of the pictures under a point light; 1e-30 for an atlas that is black.
+double brightest_per_lux(const StreakAtlas& atlas) {
+  float brightest = 1e-30F;
+  for (const AtlasLayer& layer : atlas.layers) {
+    for (const float value : layer.point.at(0).values) brightest = std::max(brightest, value);
+  }
+  return static_cast<double>(brightest);
 }
 
 }  // namespace
@@ -39,6 +50,7 @@ std::shared_ptr<const GpuProfiles> upload_profiles(const StreakAtlas& atlas, int
   auto made = std::make_shared<GpuProfiles>();
   made->first = profiles.first;
   made->levels = profiles.levels;
+  made->brightest_per_lux = brightest_per_lux(atlas);
   made->sky_cells = sky_cells;
   made->profiles =
       make_folded_array(GL_RGBA32F, GL_RGBA, 4, sums_width, sums_height, profiles.values);

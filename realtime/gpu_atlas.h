@@ -27,7 +27,8 @@ struct GpuSums {  // realtime/cumulative_atlas.h
 struct GpuProfiles {  // realtime/streak_profiles.h
   int first = 0, levels = 0;
   int sky_cells = 0;
-  GlTexture profiles = {};  // RGBA32F, folded alike
+  double brightest_per_lux = 0;  // greatest value of the pictures under a point light
+  GlTexture profiles = {};       // RGBA32F, folded alike
   GlBuffer spans = {};
 };
 

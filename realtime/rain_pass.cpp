@@ -129,7 +129,6 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
   if (pass.densities.id()) bind_storage(densities_at, pass.densities);
-  if (pass.light_candidates.id()) bind_storage(light_candidates_at, pass.light_candidates);
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
@@ -309,12 +308,13 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
   pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
-  const std::string quads_alone = why_all_quads(scene.camera, most_storage_bytes());
-  if (options.widest_splat_px > 0 && !quads_alone.empty()) pass.notes.push_back(quads_alone);
-  if (pass.splat.empty())
+  if (pass.splat.empty()) {
+    if (options.widest_splat_px > 0)
+      pass.notes.push_back(why_all_quads(scene.camera, most_storage_bytes()));
     pass.count = build_program({"rain_count.comp"}, defines(false, pass));
-  else
+  } else {
     pass.splat.program = build_program({"rain_splat.comp"}, defines(!shadows.empty(), pass));
+  }
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
   pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
   return pass;

@@ -29,15 +29,6 @@ std::size_t sums_bytes(const Camera& camera) {
          static_cast<std::size_t>(camera.height_px) * sizeof(GLint);
 }
 
-// The greatest value of the pictures under a point light; 1e-30 for an atlas that is black.
-double brightest_per_lux(const StreakAtlas& atlas) {
-  float brightest = 1e-30F;
-  for (const AtlasLayer& layer : atlas.layers) {
-    for (const float value : layer.point.at(0).values) brightest = std::max(brightest, value);
-  }
-  return static_cast<double>(brightest);
-}
-
 }  // namespace
 
 std::string why_all_quads(const Camera& camera, std::size_t most_bytes) {
@@ -64,7 +55,7 @@ RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
                     quanta_of_share};
   splat.overflow = make_buffer(nullptr, sizeof(GLuint));
   uniforms.most.x = static_cast<float>(most_streak_quanta * splat.radiance_quantum_cd_m2 /
-                                       brightest_per_lux(atlas));
+                                       splat.atlas->brightest_per_lux);
   uniforms.levels = {splat.atlas->first, splat.atlas->levels, 0, 0};
   return splat;
 }
