@@ -10,7 +10,6 @@ namespace pluvia {
 
 namespace {
 
-constexpr double gravity_m_s2 = 9.80665;
 constexpr double water_density_kg_m3 = 998.2;
 constexpr double surface_tension_n_m = 0.0728;
 

@@ -5,6 +5,8 @@
 
 namespace pluvia {
 
+constexpr double gravity_m_s2 = 9.80665;  // the standard value
+
 struct Air {
   double temperature_c = 20;    // -40 .. 50
   double pressure_pa = 101325;  // 1e4 .. 1.2e5

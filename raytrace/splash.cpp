@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "oscillation/fall_speed.h"
 #include "oscillation/water.h"
 #include "raytrace/rain_space.h"
 
@@ -13,7 +14,6 @@ namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double gravity_m_s2 = 9.80665;
 const double density_kg_m3 = water_density_kg_m3(20);
 const double tension_n_m = water_surface_tension_n_m(20);
 constexpr double air_density_kg_m3 = 1.204;

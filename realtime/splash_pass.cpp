@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "oscillation/fall_speed.h"
 #include "raytrace/droplet_light.h"
 #include "realtime/group_passes.h"
 #include "realtime/rain_inputs.h"
@@ -15,7 +16,6 @@ namespace pluvia {
 namespace {
 
 constexpr int phase_bins = 360;
-constexpr double gravity_m_s2 = 9.80665;
 
 enum Binding : GLuint {
   rain_uniforms_at,
