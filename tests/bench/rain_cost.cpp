@@ -12,6 +12,7 @@
 
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
+#include "tests/bench/median.h"
 #include "tests/synthetic_atlas.h"
 
 namespace pluvia {
@@ -27,12 +28,6 @@ struct Cost {
   long streaks = 0, looked_at = 0;
   std::size_t bytes = 0;  // beside the atlas
 };
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 bool of_atlas(const std::string& resource) {
   return resource == "atlas: sums" || resource == "thin streaks: profiles";

@@ -16,6 +16,7 @@
 #include "raytrace/drop_field.h"
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
+#include "tests/bench/median.h"
 #include "tests/synthetic_atlas.h"
 #include "validate/flip.h"
 #include "validate/frame_composite.h"
@@ -29,12 +30,6 @@ struct JudgeFlags {
   int lights = 1, frames = 5, most_samples = 6;
   bool no_truth = false;
 };
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 // The frame, and the frame minus the frame without rain; of `samples` x `samples` pixels the mean.
 struct Picture {

@@ -1,7 +1,6 @@
 // What a viewer's frame costs beside its passes: making the renderer, making it anew for the same
 // scene, and the way through the CPU that a window does without. Medians of one run.
 //   remake_cost SCENE --atlas DIR [--runs 5]
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -14,6 +13,7 @@
 
 #include "realtime/show_pass.h"
 #include "realtime/viewer/scene_edits.h"
+#include "tests/bench/median.h"
 
 namespace pluvia {
 namespace {
@@ -27,8 +27,7 @@ double median_ms(int runs, const std::function<void()>& work) {
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
             .count());
   }
-  std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
-  return times[static_cast<std::size_t>(runs / 2)];
+  return median(times);
 }
 
 void measure(const std::string& file, const std::string& atlas_folder, int runs) {
