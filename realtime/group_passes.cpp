@@ -41,6 +41,7 @@ std::vector<GLuint> read_counts(const GlBuffer& group_starts, std::size_t groups
 
 std::size_t write_starts(const GlBuffer& group_starts, std::vector<GLuint> counts) {
   const std::size_t total = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  counts.push_back(0);
   std::exclusive_scan(counts.begin(), counts.end(), counts.begin(), GLuint{0});
   update_buffer(group_starts, counts);
   return total;

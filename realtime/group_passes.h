@@ -25,8 +25,8 @@ GlBuffer make_storage(const std::string& what, std::size_t bytes);
 // Waits for what the shaders write, so that what follows, and the processor, may read it.
 void dispatch_groups(const ShaderProgram& program, std::size_t groups);
 
-// One number for each group, as a shader left them; and back, each as the sum of those before it.
-// Returns the sum of all.
+// One number for each group, as a shader left them; and back, each as the sum of those before it,
+// with the sum of all behind the last (so the buffer holds one more). Returns the sum of all.
 std::vector<GLuint> read_counts(const GlBuffer& group_starts, std::size_t groups);
 std::size_t write_starts(const GlBuffer& group_starts, std::vector<GLuint> counts);
 

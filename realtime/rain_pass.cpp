@@ -183,7 +183,7 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
     pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
-    pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
+    pass.group_starts = make_buffer(nullptr, (pass.group_capacity + 1) * sizeof(GLuint));
   }
   update_buffer(pass.group_buffer, pass.groups);
   update_buffer(pass.size_buffer, pass.sizes);

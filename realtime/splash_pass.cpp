@@ -189,7 +189,7 @@ void place_splashes(SplashPass& pass, const Scene& scene, const RainPass& rain,
   pass.strokes_in_view = 0;
   if (pass.groups.empty()) return;
   if (pass.group_capacity != groups_before) {
-    pass.group_starts = make_buffer(nullptr, pass.group_capacity * sizeof(GLuint));
+    pass.group_starts = make_buffer(nullptr, (pass.group_capacity + 1) * sizeof(GLuint));
     pass.hits = make_storage("splashes: groups of drops",
                              pass.group_capacity * group_size * sizeof(GLuint));
   }

@@ -11,6 +11,7 @@ void main() {
   gl_Position = vec4(2, 2, 2, 1);
   if (streak_index >= sizes.w) return;
   Streak streak = streaks[streak_index];
+  if (streak.depth_m == no_streak) return;
   vec2 column = streak.column_px, row = streak.row_px;
   // A touched pixel's centre is within half a diagonal (0.7071 px); the rasteriser snaps corners to
   // 1/256 px or finer.

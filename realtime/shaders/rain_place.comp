@@ -57,5 +57,11 @@ void main() {
   bool wide = visible && !is_thin(placed);
   uint total;
   uint rank = rank_in_group(wide, total);
-  if (wide) write_streak(group_starts[group_index()] + rank, drop, placed);
+  if (group_index() >= uint(sizes.x)) return;
+  // Counted by another program, which may have rounded otherwise: never into the next group's room.
+  uint first = group_starts[group_index()];
+  uint room = group_starts[group_index() + 1u] - first;
+  if (wide && rank < room) write_streak(first + rank, drop, placed);
+  uint left = total + gl_LocalInvocationID.x;
+  if (left < room) streaks[first + left].depth_m = no_streak;
 }

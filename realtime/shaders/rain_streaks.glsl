@@ -4,13 +4,14 @@ struct Streak {
   vec2 origin_px, column_px, row_px;
   float path_rows;
   float clip_row;
-  float depth_m;
+  float depth_m;      // or no_streak
   float view_elevation_deg;
   int level_layer;    // layer << 8 | level: of environment and coverage; of the atlas, whose texels
   float transmitted;  // are at most cell.z wide on screen. By the fog before it
   ivec2 view;
   vec2 view_weight;
 };
+const float no_streak = 0.0;
 
 // One cell that lights a streak: of a light, in lux, or of the uniform sky, in cd/m^2.
 struct LitStreak {

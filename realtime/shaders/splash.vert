@@ -12,6 +12,8 @@ void main() {
   stroke_index = gl_VertexID / 6;
   int corner = corners[gl_VertexID % 6];
   Stroke stroke = strokes[stroke_index];
+  gl_Position = vec4(2, 2, 2, 1);
+  if (stroke.inverse_depth == no_stroke) return;
   vec2 along = normalize(stroke.half_axis_px), across = vec2(-along.y, along.x);
   // A touched pixel's centre is within half a diagonal (0.7071 px); the rasteriser snaps corners to
   // 1/256 px or finer.

@@ -20,6 +20,9 @@ layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group
 // no_hit after the last. Counting finds them for placing.
 layout(std430, binding = HITS) buffer Hits { uint group_hits[]; };
 const uint no_hit = 0xffffffffu;
+#if !PLACE
+const uint no_end = 0xffffffffu;  // where there is nothing to write, there is room
+#endif
 
 layout(local_size_x = GROUP_SIZE) in;
 
@@ -182,8 +185,10 @@ bool stroke_between(SplashSize splash, SplashPart part, SplashPart next, Hit hit
   return true;
 }
 
-// Strokes of `count` parts that stand for `all`; returns the next free place.
-uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float step_s, uint next) {
+// Strokes of `count` parts that stand for `all`, as far as there is room before `end`; returns the
+// next free place.
+uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float step_s, uint next,
+               uint end) {
   if (count == 0) return next;
   float merged = splash_parts[first + all - 1].more.y / splash_parts[first + count - 1].more.y;
   float begin_s = max(hit.since_s, 0.0), end_s = min(hit.since_s + splash_air.x, splash.impact.w);
@@ -200,6 +205,7 @@ uint add_parts(SplashSize splash, Hit hit, int first, int count, int all, float 
       if (!stroke_between(splash, part, beside, hit, max(step * step_s, begin_s),
                           min((step + 1.0) * step_s, last_s), merged, stroke, middle_m))
         continue;
+      if (next == end) return next;
 #if PLACE
       stroke.radiance = vec4(radiance_at(middle_m), 0);
       strokes[next] = stroke;
@@ -217,7 +223,7 @@ int drawn_parts(int first, int all, float px_per_m) {
   return clamp(int(ceil(area_px / least_area_px)), 1, all);
 }
 
-uint add_splash(Hit hit, uint next) {
+uint add_splash(Hit hit, uint next, uint end) {
   SplashSize splash = splash_sizes[hit.size];
   float weber = splash.impact.x * hit.cosine * hit.cosine;
   float mean = splash.impact.z * (weber / splash.impact.y - 1.0);
@@ -229,20 +235,26 @@ uint add_splash(Hit hit, uint next) {
   float depth_m = max(dot(hit.place_m, camera_forward.xyz), nearest_depth_m);
   float px_per_m = camera_right.w / depth_m;
   next = add_parts(splash, hit, beads, drawn_parts(beads, CROWN_BEADS, px_per_m), CROWN_BEADS,
-                   splash.crown.x / crown_steps, next);
+                   splash.crown.x / crown_steps, next, end);
   int flying = beads + CROWN_BEADS;
   return add_parts(splash, hit, flying, drawn_parts(flying, droplets, px_per_m), droplets,
-                   droplet_step_s, next);
+                   droplet_step_s, next, end);
 }
 
 #if PLACE
 void main() {
   uint i = gl_LocalInvocationID.x;
   if (group_index() >= uint(sizes.x)) return;
-  uint found = group_hits[group_index() * GROUP_SIZE + i];
+  uint at = group_index() * GROUP_SIZE + i, first = group_starts[group_index()];
+  uint found = group_hits[at];
+  if (found == no_hit) return;
+  // Counted by another program, which may have rounded otherwise: never into the next one's room.
+  bool last = i + 1u == GROUP_SIZE || group_hits[at + 1u] == no_hit;
+  uint end = last ? group_starts[group_index() + 1u] : first + (group_hits[at + 1u] >> 8);
+  uint next = first + (found >> 8);
   Hit hit;
-  if (found == no_hit || !find_hit(group_index(), found & 0xffu, hit)) return;
-  add_splash(hit, group_starts[group_index()] + (found >> 8));
+  if (find_hit(group_index(), found & 0xffu, hit)) next = add_splash(hit, next, end);
+  for (; next < end; ++next) strokes[next].inverse_depth = no_stroke;
 }
 #else
 shared uint hits[GROUP_SIZE];
@@ -258,7 +270,7 @@ void main() {
   if (is_hit) hits[rank] = i;
   barrier();
   bool has_one = i < total && find_hit(group_index(), hits[i], hit);
-  counted[i] = has_one ? add_splash(hit, 0u) : 0u;
+  counted[i] = has_one ? add_splash(hit, 0u, no_end) : 0u;
   barrier();
   // One by one: they are few, and a barrier costs a software rasteriser more than a sum.
   uint before = 0u;

@@ -5,7 +5,8 @@ struct Stroke {
   vec2 centre_px, half_axis_px;  // of the rectangle; from its centre to its end
   float half_width_px;
   float area_px;                 // covered, in pixels, times the share of the exposure
-  float inverse_depth;           // NEAR_M / depth
+  float inverse_depth;           // NEAR_M / depth, or no_stroke
   float weight;                  // by what hides it: composite.frag
   vec4 radiance;
 };
+const float no_stroke = 0.0;
