@@ -214,6 +214,7 @@ void import_layout(const ImportFlags& flags) {
 struct QualityFlags {  // of a frame
   std::string lookup = "view-linear", packets = "automatic";
   int sky_degree = pluvia::RenderOptions{}.sky_degree;
+  double far_streaks = pluvia::RenderOptions{}.far_streaks;
 };
 
 struct RenderFlags {
@@ -235,7 +236,8 @@ pluvia::RenderOptions render_options(const QualityFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  return {.packets = {.scheme = schemes.at(flags.packets)},
+  return {.far_streaks = flags.far_streaks,
+          .packets = {.scheme = schemes.at(flags.packets)},
           .lookup = lookups.at(flags.lookup),
           .sky_degree = flags.sky_degree};
 }
@@ -578,6 +580,12 @@ void add_quality(CLI::App& command, QualityFlags& flags) {
           "spherical harmonics by which streaks see an environment map, as far as the atlas "
           "has them; 0: its mean from everywhere")
       ->check(CLI::Range(0, 8))
+      ->capture_default_str();
+  command
+      .add_option("--far-streaks", flags.far_streaks,
+                  "streaks that cross a pixel within an e-fold of the distance; where there are "
+                  "more, a few stand for all (1 .. 1e6); 0: every drop is drawn")
+      ->check(CLI::IsMember({0}) | finite_range(1, 1e6))
       ->capture_default_str();
   command.add_option("--packets", flags.packets, "in which drops are selected; the same picture")
       ->check(CLI::IsMember({"automatic", "world", "tree", "grid"}))

@@ -95,21 +95,43 @@ double density_of_texel(const DensityMap& map, const Eigen::Vector2d& at) {
                 static_cast<std::size_t>(texel.x())]);
 }
 
-double density_sum(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+namespace {
+
+struct TexelRange {  // x0 .. x1 - 1, y0 .. y1 - 1
+  std::size_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+TexelRange touched(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
   // A texel beside those that rounding could miss would only be looked at in vain.
   const auto index = [](double at, int count) {
     return static_cast<std::size_t>(std::clamp<double>(at, 0, count));
   };
-  const std::size_t x0 = index(std::floor(low.x()), map.width),
-                    y0 = index(std::floor(low.y()), map.height);
-  const std::size_t x1 = index(std::floor(high.x()) + 1, map.width);
-  const std::size_t y1 = index(std::floor(high.y()) + 1, map.height);
-  if (x0 >= x1 || y0 >= y1) return 0;
+  return {.x0 = index(std::floor(low.x()), map.width),
+          .y0 = index(std::floor(low.y()), map.height),
+          .x1 = index(std::floor(high.x()) + 1, map.width),
+          .y1 = index(std::floor(high.y()) + 1, map.height)};
+}
+
+}  // namespace
+
+double density_sum(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+  const TexelRange range = touched(map, low, high);
+  if (range.empty()) return 0;
   const auto width = static_cast<std::size_t>(map.width) + 1;
   const auto sum = [&](std::size_t x, std::size_t y) { return map.sums[y * width + x]; };
   // A white texel is 1, the faintest 1.5e-5; sums of 6e7 of them err by 1e-8.
-  const double share = sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0);
+  const double share = sum(range.x1, range.y1) - sum(range.x0, range.y1) - sum(range.x1, range.y0) +
+                       sum(range.x0, range.y0);
   return share < 1e-6 ? 0 : share;
+}
+
+double density_mean(const DensityMap& map, const Eigen::Vector2d& low,
+                    const Eigen::Vector2d& high) {
+  const TexelRange range = touched(map, low, high);
+  if (range.empty()) return 0;
+  return density_sum(map, low, high) /
+         static_cast<double>((range.x1 - range.x0) * (range.y1 - range.y0));
 }
 
 }  // namespace pluvia

@@ -40,4 +40,7 @@ double density_of_texel(const DensityMap& map, const Eigen::Vector2d& at);
 // in it. There is a map.
 double density_sum(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
 
+// The same over how many they are; 0 for none.
+double density_mean(const DensityMap& map, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+
 }  // namespace pluvia

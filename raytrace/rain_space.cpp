@@ -241,23 +241,40 @@ CellRange local_cells(const RainSpace& space, int size_index, const LocalSpace& 
   return cells;
 }
 
-double rain_area_m2(const Rain& rain, const RainSizeSpace& size, const CellRange& cells) {
-  const double cell_m = size.cell_m;
-  const double area_m2 = cell_m * cell_m * static_cast<double>(cells.x1 - cells.x0) *
-                         static_cast<double>(cells.y1 - cells.y0);
-  const DensityMap& map = rain.density;
-  if (map.share.empty()) return area_m2;
-  Eigen::Vector2d low(1e300, 1e300), high = -low;
+namespace {
+
+struct TexelRectangle {
+  Eigen::Vector2d low = {1e300, 1e300}, high = {-1e300, -1e300};
+};
+
+TexelRectangle density_texels(const RainSizeSpace& size, const CellRange& cells) {
+  TexelRectangle texels;
   for (const int x : {cells.x0, cells.x1}) {
     for (const int y : {cells.y0, cells.y1}) {
       const Eigen::Vector2d at =
-          size.density_origin + size.density_axes * (cell_m * Eigen::Vector2d(x, y));
-      low = low.cwiseMin(at);
-      high = high.cwiseMax(at);
+          size.density_origin + size.density_axes * (size.cell_m * Eigen::Vector2d(x, y));
+      texels.low = texels.low.cwiseMin(at);
+      texels.high = texels.high.cwiseMax(at);
     }
   }
+  return texels;
+}
+
+}  // namespace
+
+double rain_area_m2(const Rain& rain, const RainSizeSpace& size, const CellRange& cells) {
+  if (rain.density.share.empty())
+    return size.cell_m * size.cell_m * static_cast<double>(cells.x1 - cells.x0) *
+           static_cast<double>(cells.y1 - cells.y0);
+  const TexelRectangle texels = density_texels(size, cells);
   const double texel_m2 = 1 / std::abs(size.density_axes.determinant());
-  return texel_m2 * density_sum(map, low, high);
+  return texel_m2 * density_sum(rain.density, texels.low, texels.high);
+}
+
+double rain_share(const Rain& rain, const RainSizeSpace& size, const CellRange& cells) {
+  if (rain.density.share.empty()) return 1;
+  const TexelRectangle texels = density_texels(size, cells);
+  return density_mean(rain.density, texels.low, texels.high);
 }
 
 bool in_prism(const RainSpace& space, int size_index, const LocalSpace& local, int x, int y) {

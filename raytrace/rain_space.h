@@ -134,6 +134,9 @@ CellRange local_cells(const RainSpace& space, int size, const LocalSpace& local)
 // there, and 0 only where nothing does. m^2.
 double rain_area_m2(const Rain& rain, const RainSizeSpace& size, const CellRange& cells);
 
+// The share of the rain that falls on a range of cells: the mean of the density map's texels there.
+double rain_share(const Rain& rain, const RainSizeSpace& size, const CellRange& cells);
+
 // Whether a cell belongs to the prism.
 bool in_prism(const RainSpace& space, int size, const LocalSpace& local, int x, int y);
 

@@ -10,6 +10,7 @@
 #include "atlas/atlas_lookup.h"
 #include "raytrace/rain_fog.h"
 #include "raytrace/spherical_harmonics.h"
+#include "realtime/far_field.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
@@ -57,10 +58,10 @@ std::vector<RainSize> all_sizes(const Scene& scene) {
   return sizes;
 }
 
-// A point in the coordinates of a size's top heights on the GPU.
+// A point in the coordinates of a size's top heights on the GPU; w: all drops count.
 glm::vec4 in_top(const RainSpace& space, const RainSizeSpace& size, const Eigen::Vector3d& p) {
   const TopHeight& top = space.tops[static_cast<std::size_t>(size.top)];
-  return to_glm({p.x() - top.min_x_m, p.y() - top.min_y_m, p.z() - top.lowest_m}, 0);
+  return to_glm({p.x() - top.min_x_m, p.y() - top.min_y_m, p.z() - top.lowest_m}, 1e9);
 }
 
 }  // namespace
@@ -88,6 +89,10 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (options.sky_degree < 0 || options.sky_degree > highest_harmonic_degree)
     throw std::runtime_error(fmt::format("sky_degree = {}; expected 0 .. {}", options.sky_degree,
                                          highest_harmonic_degree));
+  const bool thins = options.far_streaks != 0;
+  if (thins && !(options.far_streaks >= 1 && options.far_streaks <= 1e6))
+    throw std::runtime_error(
+        fmt::format("far_streaks = {}; expected 0, or 1 .. 1e6", options.far_streaks));
   if (options.finest_level < 0 || options.finest_level >= atlas.levels)
     throw std::runtime_error(
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
@@ -240,7 +245,7 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
-                                      double time_s, int group_size) {
+                                      double time_s, int group_size, double far_streaks) {
   const Eigen::Vector3d& camera_m = scene.camera.position_m;
   const auto most = static_cast<std::uint32_t>(group_size);
   std::vector<GpuDropGroup> groups;
@@ -254,8 +259,11 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
   for (const SizedCell& sized : cells) {
     const LocalSpace local = local_space(space, sized.size, camera_m, time_s);
     const auto segments = sizes[static_cast<std::size_t>(sized.size)].run.z;
-    add(cell_group(space, sized.size, local.floor_m, sized.cell, camera_m),
-        sized.cell.count * segments);
+    const KeptDrops kept = kept_drops(scene, space, sized, far_streaks);
+    GpuDropGroup group = cell_group(space, sized.size, local.floor_m, sized.cell, camera_m);
+    group.corner_m.w = static_cast<float>(kept.counts_for);
+    group.corner_top.w = static_cast<float>(kept.drops);
+    add(group, static_cast<std::uint32_t>(std::ceil(kept.drops)) * segments);
   }
   for (std::size_t i = 0; i < scene.drops.size(); ++i) {
     GpuDropGroup group = single_group(scene, space, i, time_s);
@@ -272,7 +280,7 @@ GpuDropGroup cell_group(const RainSpace& space, int size_index, double floor_m,
   const FallFrame& frame = size.frame;
   const Eigen::Vector3d place = corner.x() * frame.x + corner.y() * frame.y + corner.z() * frame.z;
   const Eigen::Vector2d density = size.density_origin + size.density_axes * corner.head<2>();
-  return {.corner_m = to_glm(place - camera_m, 0),
+  return {.corner_m = to_glm(place - camera_m, 1),
           .corner_top = in_top(space, size, corner),
           .corner_density = to_glm({density.x(), density.y(), 0}, 0),
           .drops = {cell.keys[0], cell.keys[1], 0, 0},
@@ -287,7 +295,7 @@ GpuDropGroup single_group(const Scene& scene, const RainSpace& space, std::size_
   const FallFrame& frame = size.frame;
   const Eigen::Vector3d place = drop.centre_m + time_s * drop.velocity_m_s;
   const Eigen::Vector3d corner(place.dot(frame.x), place.dot(frame.y), place.dot(frame.z));
-  return {.corner_m = to_glm(place - scene.camera.position_m, 0),
+  return {.corner_m = to_glm(place - scene.camera.position_m, 1),
           .corner_top = in_top(space, size, corner),
           .what = {size_index, 0, 0, 0}};
 }

@@ -97,10 +97,11 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
                std::vector<GpuRainSize>& sizes);
 
 // One for every group_size drops and segments of a cell, and for those of a single drop.
+// far_streaks: of RenderOptions.
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
-                                      double time_s, int group_size);
+                                      double time_s, int group_size, double far_streaks);
 
 // The drops of a cell in a slab that begins at floor_m; of a single drop: without first and number
 // of its drops, and without the single drop's oscillation set.

@@ -166,6 +166,15 @@ void upload_uniforms(const RainPass& pass) {
   glNamedBufferSubData(pass.uniform_buffer.id(), 0, sizeof(pass.uniforms), &pass.uniforms);
 }
 
+long drops_in(const std::vector<GpuDropGroup>& groups, const std::vector<GpuRainSize>& sizes) {
+  std::vector<long> items(sizes.size(), 0);  // a drop has one for each segment
+  for (const GpuDropGroup& group : groups)
+    items[static_cast<std::size_t>(group.what.x)] += group.drops.w;
+  long drops = 0;
+  for (std::size_t i = 0; i < sizes.size(); ++i) drops += items[i] / sizes[i].run.z;
+  return drops;
+}
+
 // The groups of drops that this frame looks at.
 void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
   const PacketChoice choice =
@@ -175,11 +184,13 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
   pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x, time_s,
-                            group_size);
+                            group_size, pass.far_streaks);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
-  for (const SizedCell& cell : cells) pass.counts.drops_looked_at += cell.cell.count;
-  pass.counts.drops_looked_at += static_cast<long>(scene.drops.size());
+  pass.counts.drops_looked_at = drops_in(pass.groups, pass.sizes);
+  for (const SizedCell& cell : cells) pass.counts.drops_stood_for += cell.cell.count;
+  pass.counts.drops_stood_for +=
+      static_cast<long>(scene.drops.size()) - pass.counts.drops_looked_at;
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
     pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
@@ -263,6 +274,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
   pass.space = &space;
+  pass.far_streaks = options.far_streaks;
   pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);

@@ -28,6 +28,7 @@ struct RainPass {
   Eigen::Vector3d origin_m = {0, 0, 0};  // of the shadow maps
   const RainSpace* space = nullptr;      // the renderer's
   RainPackets packets = {};
+  double far_streaks = 0;
   PacketCounts counts = {};  // of the last frame
   RainUniforms uniforms = {};
   std::vector<GpuRainSize> sizes = {};

@@ -44,6 +44,9 @@ struct RenderOptions {
   // Streaks whose cell is at most this wide on screen go into the picture without quads
   // (realtime/shaders/rain_splat.comp). 0 .. 16; 0: none.
   double widest_splat_px = 1;
+  // Where more streaks than this cross a pixel, fewer stand for all (realtime/far_field.h): 1 ..
+  // 1e6; 0: every drop is drawn.
+  double far_streaks = 0;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
   // To which degree of spherical harmonics streaks see an environment map, 0 .. 8, as far as the
@@ -58,6 +61,7 @@ struct PacketCounts {
   long packets_looked_at = 0;
   long packets_taken = 0;
   long drops_looked_at = 0;
+  long drops_stood_for = 0;  // besides, by others of those looked at (realtime/far_field.h)
 };
 
 struct Frame {

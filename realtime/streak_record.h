@@ -18,7 +18,7 @@ struct StreakRecord {  // StreakPlacement of raytrace/streak_placement.h, in flo
   float depth_m = 0;
   float view_elevation_deg = 0;
   std::int32_t level_layer = 0;  // layer << 8 | level: of environment and coverage; of the atlas
-  float transmitted = 1;         // by the fog between it and the camera
+  float counts_for = 1;          // drops (realtime/far_field.h)
   glm::ivec2 view = {};
   glm::vec2 view_weight = {};  // times what the segment counts
 };

@@ -208,6 +208,6 @@ void main() {
   // pixel, so float sums come out the same whatever the number of threads.
   float weight = mean_field_weight(streak.depth_m);
   sum.a = max(sum.a, 0.0);  // differences of sums may round below
-  radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a));
-  weighted_coverage = weight * min(sum.a, most_coverage);
+  radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a, streak.counts_for));
+  weighted_coverage = weight * covered(sum.a, streak.counts_for);
 }

@@ -2,8 +2,10 @@
 #include "rain_uniforms.glsl"
 
 struct DropGroup {  // what a group of threads works on: drops of one cell, or one single drop
-  vec4 corner_m;    // of the cell at the slab's lower end, or the drop's centre; from the camera
-  vec4 corner_top;  // the corner in the frame's x, y and z, as the top heights know them
+  vec4 corner_m;    // of the cell at the slab's lower end, or the drop's centre; from the camera. w:
+                    // for how many each counts (realtime/far_field.h)
+  vec4 corner_top;  // the corner in the frame's x, y and z, as the top heights know them. w: drops of
+                    // the cell that count, the last by its fraction
   vec4 corner_density;  // in texels of the density map
   uvec4 drops;      // the cell's two keys; first and number of its drops and segments
   ivec4 what;       // size; oscillation set of a single drop, else -1; the cell's third key
@@ -21,6 +23,7 @@ struct Drop {
   float hit_time_s;  // <= 0: not to be drawn
   int size;
   int segment;
+  float counts_for;  // drops
 };
 
 uvec3 rain_hash(uvec3 v) {
@@ -74,6 +77,7 @@ bool drop_at(uint group_number, uint place_in_group, out Drop drop) {
   uint k = item / segments;
   drop.size = group.what.x;
   drop.segment = int(item - k * segments);
+  drop.counts_for = group.corner_m.w * clamp(group.corner_top.w - float(k), 0.0, 1.0);
   vec3 moved = vec3(0);  // in the frame
   drop.layer = group.what.y;
   if (group.what.y < 0) {

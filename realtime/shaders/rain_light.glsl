@@ -161,5 +161,5 @@ float view_elevation_deg(Placement placed) {
 // The views that a streak mixes; weights with what the picture's values count.
 void streak_views(Drop drop, float view_deg, out ivec2 view, out vec2 weight) {
   choose_views(flips_views_below() ? abs(view_deg) : view_deg, view, weight);
-  weight *= rain_sizes[drop.size].times.z;
+  weight *= rain_sizes[drop.size].times.z * drop.counts_for;
 }

@@ -17,6 +17,11 @@ float optical_depth(float c) {
   return -log(1.0 - min(c, most_coverage));
 }
 
+// Of so many streaks side by side that cover c together.
+float optical_depth(float c, float streaks) { return streaks * optical_depth(c / streaks); }
+
+float covered(float c, float streaks) { return streaks * min(c / streaks, most_coverage); }
+
 // Of a streak among others: see composite.frag. Never 0, or a pixel of very dense rain would count
 // as dry.
 float mean_field_weight(float depth_m) {

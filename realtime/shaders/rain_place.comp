@@ -35,17 +35,18 @@ void write_streak(uint place, Drop drop, Placement placed) {
   streak.depth_m = placed.depth_m;
   streak.view_elevation_deg = view_elevation_deg(placed);
   streak.level_layer = drop.layer << 8 | choose_level(placed.column_px, placed.row_px);
-  streak.transmitted = exp(-air.x * length(placed.middle_m));
+  streak.counts_for = drop.counts_for;
+  float transmitted = exp(-air.x * length(placed.middle_m));
   streak_views(drop, streak.view_elevation_deg, streak.view, streak.view_weight);
   streaks[place] = streak;
   uint first = place * uint(lit_per_streak());
   for (uint i = 0u; i < uint(counts.y); ++i)
-    keep_light(first + i * TAPS, lights[i], drop, placed, streak.transmitted);
+    keep_light(first + i * TAPS, lights[i], drop, placed, transmitted);
 #if SKY_CELLS == 1
-  keep_lit(first + uint(counts.y) * TAPS, streak.transmitted * environment.rgb,
+  keep_lit(first + uint(counts.y) * TAPS, transmitted * environment.rgb,
            cell_of(uint(counts.z), false, drop.layer));
 #elif SKY_CELLS > 1
-  sky_streaks[place] = sky_of(drop, placed.frame, streak.transmitted);
+  sky_streaks[place] = sky_of(drop, placed.frame, transmitted);
 #endif
 }
 

@@ -14,7 +14,7 @@ struct Placement {
   vec2 origin_px, column_px, row_px;
   float path_rows, clip_row, depth_m;
   vec3 middle_m;  // of the path, from the camera
-  float lux;      // of all lights, of their brightest channel, past no surface
+  float lux;      // of all lights, of their brightest channel, past no surface, by what it counts for
   DropFrame frame;
 };
 
@@ -93,6 +93,7 @@ bool place_streak(Drop drop, out Placement placed) {
     if (!(distance_m > light.intensity.w + size.velocity_m_s.w)) return false;
     placed.lux += brightest / (distance_m * distance_m);
   }
+  placed.lux *= drop.counts_for;
   return true;
 }
 

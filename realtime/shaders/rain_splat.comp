@@ -154,7 +154,7 @@ float share_of(Box box, float first) {
 
 // Of the streak that this thread walks.
 uint rounding_key;
-float depth_m;
+float depth_m, counts_for;
 
 void add_quanta(int place, float quanta, float chance) {
   if (!(abs(quanta) < float(most_quanta))) {
@@ -172,7 +172,7 @@ void add_to_pixel(ivec2 px, vec3 light, float coverage) {
   if (any(lessThan(px, ivec2(0))) || any(greaterThanEqual(px, picture))) return;
   if (!(depth_m < texelFetch(scene_depth_m, px, 0).r)) return;
   float weight = mean_field_weight(depth_m);
-  float c = clamp(coverage, 0.0, most_coverage);
+  float c = max(coverage, 0.0);
   int first = 5 * (px.y * picture.x + px.x);
   // One chance for both of a pair: composite.frag divides them.
   uvec3 chances = rain_hash(uvec3(rounding_key, px));
@@ -181,8 +181,8 @@ void add_to_pixel(ivec2 px, vec3 light, float coverage) {
   add_quanta(first, quanta.r, fraction(chances.x));
   add_quanta(first + 1, quanta.g, fraction(chances.y));
   add_quanta(first + 2, quanta.b, fraction(chances.z));
-  add_quanta(first + 3, splat.w * optical_depth(c), share_chance);
-  add_quanta(first + 4, splat.w * weight * c, share_chance);
+  add_quanta(first + 3, splat.w * optical_depth(c, counts_for), share_chance);
+  add_quanta(first + 4, splat.w * weight * covered(c, counts_for), share_chance);
 }
 
 // The line of a streak's part on screen. along: the axis of the screen that it runs along most.
@@ -286,6 +286,7 @@ void splat_streak(Drop drop, Placement placed, uint place) {
   streak.clip_row = placed.clip_row;
   streak_views(drop, view_elevation_deg(placed), streak.view, streak.view_weight);
   depth_m = placed.depth_m;
+  counts_for = drop.counts_for;
   rounding_key = drop_groups[group_index()].drops.x ^ 0x9e3779b9u * (place + 1u);
   float transmitted = exp(-air.x * length(placed.middle_m));
   for (int begin = 0; begin == 0 || begin < counts.y; begin += SPLAT_LIGHTS) {

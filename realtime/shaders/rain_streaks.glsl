@@ -7,7 +7,7 @@ struct Streak {
   float depth_m;      // or no_streak
   float view_elevation_deg;
   int level_layer;    // layer << 8 | level: of environment and coverage; of the atlas, whose texels
-  float transmitted;  // are at most cell.z wide on screen. By the fog before it
+  float counts_for;   // are at most cell.z wide on screen. Drops (realtime/far_field.h)
   ivec2 view;
   vec2 view_weight;
 };

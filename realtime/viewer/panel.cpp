@@ -102,6 +102,11 @@ void quality_controls(Viewer& viewer, PanelState& panel) {
   options.lookup = static_cast<LookupMode>(lookup);
   slider("widest texel [px]", options.max_texel_px, 0.1, 4, "%.2f", true);
   slider("thin streaks [px]", options.widest_splat_px, 0, 4, "%.2f");
+  bool thins = options.far_streaks > 0;
+  ImGui::Checkbox("few far streaks stand for all", &thins);
+  if (thins && options.far_streaks == 0) options.far_streaks = 16;
+  if (!thins) options.far_streaks = 0;
+  if (thins) slider("far streaks a pixel", options.far_streaks, 1, 256, "%.0f", true);
   ImGui::SliderInt("pixel size [px]", &viewer.edits.pixel_px, 1, 8, "%d",
                    ImGuiSliderFlags_AlwaysClamp);
   int scheme = static_cast<int>(options.packets.scheme);

@@ -109,7 +109,11 @@ void run(const JudgeFlags& flags) {
                                    {"the same, 6 x 6", billboards, 6},
                                    {"quads", {.widest_splat_px = 0}},
                                    {"splat up to 1 px", {.widest_splat_px = 1}},
-                                   {"splat up to 3 px", {.widest_splat_px = 3}}};
+                                   {"splat up to 3 px", {.widest_splat_px = 3}},
+                                   {"far streaks 64", {.far_streaks = 64}},
+                                   {"far streaks 16", {.far_streaks = 16}},
+                                   {"far streaks 4", {.far_streaks = 4}},
+                                   {"far streaks 1", {.far_streaks = 1}}};
   const Frame dry = RainRenderer(scene, atlas, {.widest_splat_px = 0}).render(time_s);
   FrameComposite truth;
   if (!flags.no_truth)
