@@ -11,7 +11,10 @@
 
 namespace pluvia {
 
-constexpr int group_size = 256;           // drops of a group
+constexpr int group_size = 256;  // threads of a group, a drop each
+// Drops and segments of a GpuDropGroup of the rain, which such a group of threads has several of:
+// all of a cell, so that the fewer the better they fill the threads.
+constexpr int drops_of_group = 32;
 constexpr GLuint groups_per_row = 32768;  // of a dispatch: 65535 is all that is promised
 
 void bind_storage(GLuint binding, const GlBuffer& buffer);
@@ -21,6 +24,12 @@ std::size_t most_storage_bytes();
 
 // What: who needs the buffer, and what for. Throws std::runtime_error where it would not fit.
 GlBuffer make_storage(const std::string& what, std::size_t bytes);
+
+// Groups of threads for so many groups of drops.
+inline std::size_t thread_groups(std::size_t groups_of_drops) {
+  constexpr std::size_t each = group_size / drops_of_group;
+  return (groups_of_drops + each - 1) / each;
+}
 
 // Waits for what the shaders write, so that what follows, and the processor, may read it.
 void dispatch_groups(const ShaderProgram& program, std::size_t groups);

@@ -64,6 +64,7 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"SKY_CELLS", std::to_string(pass.sky_cells)},
                        {"SKY_DEGREE", std::to_string(degree_of_cells(pass.sky_cells))},
                        {"GROUP_SIZE", std::to_string(group_size)},
+                       {"DROPS_OF_GROUP", std::to_string(drops_of_group)},
                        {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
                        {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
                        {"SUMS_WIDTH", std::to_string(sums_width)},
@@ -184,7 +185,7 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
   pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x, time_s,
-                            group_size, pass.far_streaks);
+                            drops_of_group, pass.far_streaks);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
   pass.counts.drops_looked_at = drops_in(pass.groups, pass.sizes);
@@ -194,7 +195,8 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
     pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
-    pass.group_starts = make_buffer(nullptr, (pass.group_capacity + 1) * sizeof(GLuint));
+    pass.group_starts =
+        make_buffer(nullptr, (thread_groups(pass.group_capacity) + 1) * sizeof(GLuint));
   }
   update_buffer(pass.group_buffer, pass.groups);
   update_buffer(pass.size_buffer, pass.sizes);
@@ -209,7 +211,7 @@ struct StreakCounts {
 
 // Leaves where the wide streaks of each group begin to the placing shader.
 StreakCounts sum_groups(const RainPass& pass) {
-  std::vector<GLuint> groups = read_counts(pass.group_starts, pass.groups.size());
+  std::vector<GLuint> groups = read_counts(pass.group_starts, thread_groups(pass.groups.size()));
   StreakCounts total;
   for (GLuint& group : groups) {  // thin ones are counted in the upper half (rain_splat.comp)
     total.thin += group >> 16;
@@ -238,7 +240,7 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
 
 void dispatch(const RainPass& pass, const ShaderProgram& program) {
   bind_inputs(pass);
-  dispatch_groups(program, pass.groups.size());
+  dispatch_groups(program, thread_groups(pass.groups.size()));
 }
 
 void begin_streaks(const RainPass& pass, const GlFramebuffer& target) {
@@ -365,7 +367,7 @@ void draw_billboards(const RainPass& pass, const GlFramebuffer& picture) {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glUseProgram(pass.billboards.program.id());
   glBindVertexArray(pass.billboards.no_vertices.id());
-  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(pass.groups.size()) * group_size);
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(pass.groups.size() * drops_of_group));
 }
 
 void draw_rain(const RainPass& pass) {
@@ -445,8 +447,7 @@ std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const Shad
     pass.centres = build_program({"rain_centres.comp"}, defines(false, pass));
   upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return {};
-  const std::size_t rows = (pass.groups.size() + groups_per_row - 1) / groups_per_row;
-  std::vector<float> values(4 * rows * groups_per_row * group_size);
+  std::vector<float> values(4 * pass.groups.size() * drops_of_group);
   const GlBuffer buffer = make_buffer(values);
   bind_storage(centres_at, buffer);
   dispatch(pass, pass.centres);

@@ -40,6 +40,7 @@ ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadow
           {"SHADOWS", place && !shadows.empty() ? "1" : "0"},
           {"DENSITY", rain.densities.id() ? "1" : "0"},
           {"GROUP_SIZE", std::to_string(group_size)},
+          {"DROPS_OF_GROUP", std::to_string(group_size)},
           {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
           {"NEAR_M", std::to_string(near_m)},
           {"SPLASH_VARIANTS", std::to_string(splash_variants)},

@@ -45,7 +45,7 @@ void main() {
   Drop drop;
   Placement placed;
   uint index = uint(drop_index[0]);
-  if (!(drop_at(index / GROUP_SIZE, index % GROUP_SIZE, drop) && place_streak(drop, placed) &&
+  if (!(drop_at(index / DROPS_OF_GROUP, index % DROPS_OF_GROUP, drop) && place_streak(drop, placed) &&
         in_picture(placed)))
     return;
   float transmitted = exp(-air.x * length(placed.middle_m));

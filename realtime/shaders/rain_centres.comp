@@ -8,8 +8,9 @@ layout(local_size_x = GROUP_SIZE) in;
 layout(std430, binding = CENTRES) writeonly buffer Centres { vec4 centres_m[]; };
 
 void main() {
+  if (drop_group_index() >= uint(sizes.x)) return;
   Drop drop;
-  bool is_there = drop_at(group_index(), gl_LocalInvocationID.x, drop) && drop.segment == 0;
+  bool is_there = drop_at(drop_group_index(), place_in_drop_group(), drop) && drop.segment == 0;
   centres_m[group_index() * GROUP_SIZE + gl_LocalInvocationID.x] =
       is_there ? vec4(drop.centre_m, 1) : vec4(0);
 }

@@ -10,10 +10,10 @@ layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group
 void main() {
   Drop drop;
   Placement placed;
-  bool visible = drop_at(group_index(), gl_LocalInvocationID.x, drop) &&
+  bool visible = drop_at(drop_group_index(), place_in_drop_group(), drop) &&
                  place_streak(drop, placed) && in_picture(placed);
   uint total;
   rank_in_group(visible, total);
-  if (gl_LocalInvocationID.x == 0u && group_index() < uint(sizes.x))
+  if (gl_LocalInvocationID.x == 0u && drop_group_index() < uint(sizes.x))
     group_counts[group_index()] = total;
 }

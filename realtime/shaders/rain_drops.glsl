@@ -1,7 +1,7 @@
 // Drops as a function of seed and time: the closed form of raytrace/rain_space.h.
 #include "rain_uniforms.glsl"
 
-struct DropGroup {  // what a group of threads works on: drops of one cell, or one single drop
+struct DropGroup {  // what DROPS_OF_GROUP threads work on: drops of one cell, or one single drop
   vec4 corner_m;    // of the cell at the slab's lower end, or the drop's centre; from the camera. w:
                     // for how many each counts (realtime/far_field.h)
   vec4 corner_top;  // the corner in the frame's x, y and z, as the top heights know them. w: drops of

@@ -53,12 +53,12 @@ void write_streak(uint place, Drop drop, Placement placed) {
 void main() {
   Drop drop;
   Placement placed;
-  bool visible = drop_at(group_index(), gl_LocalInvocationID.x, drop) &&
+  bool visible = drop_at(drop_group_index(), place_in_drop_group(), drop) &&
                  place_streak(drop, placed) && in_picture(placed);
   bool wide = visible && !is_thin(placed);
   uint total;
   uint rank = rank_in_group(wide, total);
-  if (group_index() >= uint(sizes.x)) return;
+  if (group_index() * (GROUP_SIZE / DROPS_OF_GROUP) >= uint(sizes.x)) return;
   // Counted by another program, which may have rounded otherwise: never into the next group's room.
   uint first = group_starts[group_index()];
   uint room = group_starts[group_index() + 1u] - first;

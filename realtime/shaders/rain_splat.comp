@@ -287,7 +287,7 @@ void splat_streak(Drop drop, Placement placed, uint place) {
   streak_views(drop, view_elevation_deg(placed), streak.view, streak.view_weight);
   depth_m = placed.depth_m;
   counts_for = drop.counts_for;
-  rounding_key = drop_groups[group_index()].drops.x ^ 0x9e3779b9u * (place + 1u);
+  rounding_key = drop_groups[drop_group_index()].drops.x ^ 0x9e3779b9u * (place + 1u);
   float transmitted = exp(-air.x * length(placed.middle_m));
   for (int begin = 0; begin == 0 || begin < counts.y; begin += SPLAT_LIGHTS) {
     int taken = min(counts.y - begin, SPLAT_LIGHTS);
@@ -307,14 +307,14 @@ void splat_streak(Drop drop, Placement placed, uint place) {
 void main() {
   Drop drop;
   Placement placed;
-  bool visible = drop_at(group_index(), gl_LocalInvocationID.x, drop) &&
+  bool visible = drop_at(drop_group_index(), place_in_drop_group(), drop) &&
                  place_streak(drop, placed) && in_picture(placed);
   bool thin = visible && is_thin(placed);
   uint wide_total, thin_total;
   rank_in_group(visible && !thin, wide_total);
   barrier();
   rank_in_group(thin, thin_total);
-  if (gl_LocalInvocationID.x == 0u && group_index() < uint(sizes.x))
+  if (gl_LocalInvocationID.x == 0u && drop_group_index() < uint(sizes.x))
     group_counts[group_index()] = wide_total | thin_total << 16;
-  if (thin) splat_streak(drop, placed, gl_LocalInvocationID.x + drop_groups[group_index()].drops.z);
+  if (thin) splat_streak(drop, placed, place_in_drop_group() + drop_groups[drop_group_index()].drops.z);
 }

@@ -1,5 +1,6 @@
-// What a frame of rain costs by drops, packets, lookup and lights: medians of frames of one run on
-// one machine, so that its rows may be compared with each other and with nothing else.
+// What a frame of rain costs by drops, packets, lookup and lights, beside the path of 2010, as CSV:
+// medians of frames of one run on one machine, so that its rows may be compared with each other and
+// with nothing else. Beyond 1e5 drops one frame each.
 //   rain_cost [--frames 3] [--most-drops 100000]
 #include <algorithm>
 #include <cstdio>
@@ -41,13 +42,15 @@ Cost measure(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& 
   std::vector<double> wall, cpu, all;
   for (int k = 0; k < frames; ++k) {
     const Frame frame = renderer.render(0.1 * (k + 1));
-    double sum = 0;
+    double rain_wall_s = 0, rain_cpu_s = 0, sum = 0;
     for (const PassCost& pass : frame.costs) {
       sum += pass.wall_s;
-      if (pass.pass != "rain") continue;
-      wall.push_back(pass.wall_s);
-      cpu.push_back(pass.cpu_s);
+      if (pass.pass != "rain" && pass.pass != "billboards") continue;
+      rain_wall_s += pass.wall_s;
+      rain_cpu_s += pass.cpu_s;
     }
+    wall.push_back(rain_wall_s);
+    cpu.push_back(rain_cpu_s);
     all.push_back(sum);
     cost.streaks = frame.streaks_in_view;
     cost.looked_at = frame.packets.drops_looked_at;
@@ -67,29 +70,57 @@ const char* lookup_name(LookupMode mode) {
                                            : "trilinear";
 }
 
+struct Row {
+  double drops = 0;
+  std::string path = {};  // packets of the streaks, or the path of 2010
+  std::string lookup = {};
+  int lights = 0;
+  RenderOptions options = {};
+};
+
+// All of them up to 1e5 drops; of more, one lamp and six, and two packet schemes.
+std::vector<Row> all_rows(double most_drops) {
+  std::vector<Row> rows;
+  for (double drops = 1e3; drops <= most_drops; drops *= 10) {
+    for (int lights = 1; lights <= 6; ++lights) {
+      if (drops > 1e5 && lights % 5 != 1) continue;
+      rows.push_back({drops,
+                      "2010",
+                      lookup_name(LookupMode::view_linear),
+                      lights,
+                      {.path = RainPath::billboards_2010,
+                       .packets = {.selection = PacketSelection::rectangle}}});
+      for (const auto lookup :
+           {LookupMode::nearest, LookupMode::view_linear, LookupMode::trilinear}) {
+        for (const auto scheme : {PacketScheme::automatic, PacketScheme::world, PacketScheme::tree,
+                                  PacketScheme::grid}) {
+          if (drops > 1e5 && scheme != PacketScheme::automatic && scheme != PacketScheme::world)
+            continue;
+          rows.push_back({drops,
+                          packet_scheme_name(scheme),
+                          lookup_name(lookup),
+                          lights,
+                          {.packets = {.scheme = scheme}, .lookup = lookup}});
+        }
+      }
+    }
+  }
+  return rows;
+}
+
 void run(const CostFlags& flags) {
   const StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
   fmt::print(
-      "| drops | packets | lookup | lights | streaks | looked at | rain ms | CPU ms | us CPU "
-      "a streak | MB beside the atlas |\n|---|---|---|---|---|---|---|---|---|---|\n");
-  const auto row = [&](double drops, PacketScheme scheme, LookupMode lookup, int lights) {
-    const Cost cost = measure(far_rain(drops, lights), atlas,
-                              {.packets = {.scheme = scheme}, .lookup = lookup}, flags.frames);
-    fmt::print("| {:.0f} | {} | {} | {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.1f} |\n", drops,
-               packet_scheme_name(scheme), lookup_name(lookup), lights, cost.streaks,
-               cost.looked_at, 1e3 * cost.wall_s, 1e3 * cost.cpu_s,
-               1e6 * cost.cpu_s / std::max(1.0, static_cast<double>(cost.streaks)),
-               static_cast<double>(cost.bytes) / 1e6);
+      "drops,packets,lookup,lights,streaks,looked_at,rain_ms,cpu_ms,frame_ms,"
+      "mb_beside_the_atlas\n");
+  for (const Row& row : all_rows(flags.most_drops)) {
+    const int frames = row.drops > 1e5 ? 1 : flags.frames;
+    const Cost cost = measure(far_rain(row.drops, row.lights), atlas, row.options, frames);
+    fmt::print("{:.0f},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.1f}\n", row.drops, row.path,
+               row.lookup, row.lights, cost.streaks, cost.looked_at, 1e3 * cost.wall_s,
+               1e3 * cost.cpu_s, 1e3 * cost.frame_s, static_cast<double>(cost.bytes) / 1e6);
     std::fflush(stdout);
-  };
-  for (double drops = 1e3; drops <= flags.most_drops; drops *= 10)
-    row(drops, PacketScheme::tree, LookupMode::view_linear, 1);
-  for (const auto scheme : {PacketScheme::world, PacketScheme::grid})
-    row(1e4, scheme, LookupMode::view_linear, 1);
-  for (const auto lookup : {LookupMode::nearest, LookupMode::trilinear})
-    row(1e4, PacketScheme::tree, lookup, 1);
-  for (int lights = 2; lights <= 6; ++lights)
-    row(1e4, PacketScheme::tree, LookupMode::view_linear, lights);
+  }
 }
 
 }  // namespace
