@@ -8,6 +8,7 @@
 #include "validate/checks.h"
 #include "validate/frame_composite.h"
 #include "validate/metrics.h"
+#include "validate/picture_planes.h"
 
 namespace pluvia {
 
@@ -19,17 +20,9 @@ Image rain_signal(const Image& with, const Image& without) {
   return rain;
 }
 
-// Rec.709 luminance of the difference, for a signed map.
+// Of luminance, for a signed map.
 Image luminance_difference(const Image& a, const Image& b) {
-  Image map = make_image(a.width, a.height, 1);
-  for (int y = 0; y < a.height; ++y) {
-    for (int x = 0; x < a.width; ++x) {
-      map.at(x, y) = 0.2126f * (a.at(x, y, 0) - b.at(x, y, 0)) +
-                     0.7152f * (a.at(x, y, 1) - b.at(x, y, 1)) +
-                     0.0722f * (a.at(x, y, 2) - b.at(x, y, 2));
-    }
-  }
-  return map;
+  return image_of(luminance_of(a) - luminance_of(b));
 }
 
 }  // namespace
