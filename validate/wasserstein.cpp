@@ -40,15 +40,15 @@ std::vector<Step> steps_between(Samples a, Samples b) {
   normalise(a), normalise(b);
   for (WeightedSample& s : b) s.weight = -s.weight;
   a.insert(a.end(), b.begin(), b.end());
-  // Equal samples of both sides, one after the other, leave F - G exactly as it was.
+  // In one order on both sides, so that equal distributions add up to equal sums.
   std::stable_sort(a.begin(), a.end(), [](const WeightedSample& x, const WeightedSample& y) {
     return x.value < y.value || (x.value == y.value && std::abs(x.weight) < std::abs(y.weight));
   });
   std::vector<Step> steps;
-  double height = 0;
+  double of_a = 0, of_b = 0;
   for (std::size_t i = 0; i + 1 < a.size(); ++i) {
-    height += a[i].weight;
-    steps.push_back({height, a[i + 1].value - a[i].value});
+    (a[i].weight > 0 ? of_a : of_b) += a[i].weight;
+    steps.push_back({of_a + of_b, a[i + 1].value - a[i].value});
   }
   return steps;
 }
