@@ -101,6 +101,7 @@ TEST(StreakFlux, RefusesMasksThatLeaveThePictureAndNoStreakAtAll) {
   EXPECT_THROW(streak_fluxes(picture, picture, {mask}), std::runtime_error);
   EXPECT_THROW(flux_error({}), std::runtime_error);
   EXPECT_THROW(flux_error({{1, 0, 0}}), std::runtime_error);
+  EXPECT_EQ(flux_error({{0, 0, 0}}).all.relative_rmse, 0);
 }
 
 }  // namespace

@@ -72,6 +72,7 @@ NoisyError noisy_error(const Image& a, const Image& b, const Image& variance) {
     throw std::runtime_error("noisy_error: a variance is negative; expected >= 0");
   }
   const Squares squares = squares_of(a, b);
+  if (squares.difference == 0 && squares.reference == 0) return {.below_noise = true};
   const NoiseSums sums = noise_sums(a, b, variance);
   const double d = squares.difference - sums.v, s = squares.reference - sums.v;
   if (!(s > 0)) {

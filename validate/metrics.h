@@ -31,8 +31,8 @@ struct NoisyError {
   bool below_noise = false;
 };
 
-// variance: v, of the same size as b, >= 0. Throws std::runtime_error also when S <= 0: there is
-// no signal above the noise.
+// variance: v, of the same size as b, >= 0. All 0 where a and b are
+// zero everywhere. Throws std::runtime_error also when else S <= 0: no signal above the noise.
 NoisyError noisy_error(const Image& a, const Image& b, const Image& variance);
 
 // sqrt(mean (a - b)^2) / peak, peak > 0, and the same as PSNR = -20 log10 of it [dB]: none where

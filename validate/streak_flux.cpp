@@ -89,6 +89,7 @@ FluxError flux_error(const std::vector<StreakFlux>& fluxes) {
     squares += flux.truth * flux.truth / n;
   }
   FluxError result = {.all = noisy_error(measured, truth, variance)};
+  if (squares == 0) return result;
   for (std::size_t i = 0; i < fluxes.size(); ++i) {
     error.values[i] =
         static_cast<float>(std::abs(fluxes[i].measured - fluxes[i].truth) / std::sqrt(squares));

@@ -39,8 +39,8 @@ struct FluxError {
 };
 
 // Common pixels make the errors of overlapping streaks depend on each other: the standard errors
-// are for streaks that lie apart. Throws std::runtime_error for no streak and for fluxes that are
-// all zero.
+// are for streaks that lie apart. All 0 where nothing has any light. Throws std::runtime_error
+// for no streak, and for light where the truth has none at all.
 FluxError flux_error(const std::vector<StreakFlux>& fluxes);
 
 }  // namespace pluvia
