@@ -23,8 +23,12 @@ Image noise(int width, int height, unsigned seed) {
   return image;
 }
 
+struct Terms {
+  double l = 0, cs = 0;
+};
+
 // The paper written down: one square of weights, moments about the means.
-double ssim_at(const Image& a, const Image& b, int x, int y) {
+Terms terms_at(const Image& a, const Image& b, int x, int y) {
   double weights = 0, m_a = 0, m_b = 0, s_a = 0, s_b = 0, s_ab = 0;
   const auto each = [&](const auto& add) {
     for (int v = -5; v <= 5; ++v) {
@@ -41,8 +45,48 @@ double ssim_at(const Image& a, const Image& b, int x, int y) {
     s_b += w / weights * (q - m_b) * (q - m_b);
     s_ab += w / weights * (p - m_a) * (q - m_b);
   });
-  return (2 * m_a * m_b + 1e-4) * (2 * s_ab + 9e-4) /
-         ((m_a * m_a + m_b * m_b + 1e-4) * (s_a + s_b + 9e-4));
+  return {(2 * m_a * m_b + 1e-4) / (m_a * m_a + m_b * m_b + 1e-4),
+          (2 * s_ab + 9e-4) / (s_a + s_b + 9e-4)};
+}
+
+double ssim_at(const Image& a, const Image& b, int x, int y) {
+  const Terms terms = terms_at(a, b, x, y);
+  return terms.l * terms.cs;
+}
+
+Image halved(const Image& image) {
+  Image half = make_image(image.width / 2, image.height / 2);
+  for (int y = 0; y < half.height; ++y) {
+    for (int x = 0; x < half.width; ++x) {
+      half.at(x, y) = (image.at(2 * x, 2 * y) + image.at(2 * x + 1, 2 * y) +
+                       image.at(2 * x, 2 * y + 1) + image.at(2 * x + 1, 2 * y + 1)) /
+                      4;
+    }
+  }
+  return half;
+}
+
+TEST(Ssim, OverScalesIsThePapersProduct) {
+  Image a = noise(181, 176, 6), b = noise(181, 176, 7);
+  for (std::size_t i = 0; i < b.values.size(); ++i) {  // alike, the less the finer
+    b.values[i] = 0.7f * a.values[i] + 0.3f * b.values[i];
+  }
+  const double found = *ssim(a, b, 1).ms_ssim;
+  double product = 1;
+  for (const double weight : {0.0448, 0.2856, 0.3001, 0.2363, 0.1333}) {
+    Terms mean;
+    const double count = (a.width - 10) * (a.height - 10);
+    for (int y = 5; y < a.height - 5; ++y) {
+      for (int x = 5; x < a.width - 5; ++x) {
+        const Terms terms = terms_at(a, b, x, y);
+        mean.l += terms.l / count, mean.cs += terms.cs / count;
+      }
+    }
+    product *= std::pow(mean.cs * (a.height < 12 ? mean.l : 1), weight);
+    a = halved(a), b = halved(b);
+  }
+  EXPECT_LT(product, 0.95);
+  EXPECT_NEAR(found, product, 1e-6);  // here the halves are floats
 }
 
 TEST(Ssim, IsThePapersFormulaPixelByPixel) {
