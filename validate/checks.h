@@ -21,8 +21,8 @@ void add_energy_check(const Preset& preset, Report& report);
 void add_mesh_check(const Preset& preset, Report& report);
 
 // The exit field against brute force on one streak, all lights at once: field.flux.easy and .hard
-// with the standard errors that they rest on, and three streaks side by side with difference and
-// noise.
+// with the standard errors that they rest on, field.picture.easy and .hard, and three streaks side
+// by side with difference and noise.
 void add_field_checks(const Preset& preset, const Progress& progress, Report& report);
 
 // The database against the closed-form sphere (gn2006.sphere_closed_form.osc0) and against the real

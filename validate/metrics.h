@@ -27,7 +27,7 @@ struct NoisyError {
   double squared = 0;         // D / S: the square without it; below 0 by chance
   double standard_error = 0;  // of squared
   double noise = 0;           // sqrt(sum v / S): the relative RMSE of a perfect picture
-  // D <= 2 sqrt(sum 2 v^2): a perfect picture is called that 49 times in 50.
+  // D <= 2 sqrt(sum 2 v^2): a perfect picture is called that 43 times in 44.
   bool below_noise = false;
 };
 
