@@ -29,6 +29,7 @@
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
 #include "realtime/viewer/view.h"
+#include "validate/compare_reports_command.h"
 #include "validate/factor_fit.h"
 #include "validate/fidelity.h"
 #include "validate/fit_json.h"
@@ -327,6 +328,13 @@ bool validate(const ValidateFlags& flags) {
     }
   }
   return passed;
+}
+
+// Prints what the reports say differently.
+bool no_regression(const pluvia::CompareReportsFlags& flags) {
+  const pluvia::ReportComparison comparison = pluvia::compare_reports(flags);
+  fmt::print("{}", comparison.text);
+  return !comparison.regression;
 }
 
 struct FitOutlinesFlags {
@@ -779,6 +787,7 @@ int main(int argc, char** argv) {
   ViewFlags view_flags;
   ValidateFlags validate_flags;
   FitFlags fit_flags;
+  pluvia::CompareReportsFlags compare_reports_flags;
   CLI::App* const generate_command = add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
   CLI::App* const merge_command = add_merge(app, merge_flags);
@@ -788,6 +797,7 @@ int main(int argc, char** argv) {
   CLI::App* const view_command = add_view(app, view_flags);
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = add_fit(app, fit_flags);
+  CLI::App* const compare_reports_command = pluvia::add_compare_reports(app, compare_reports_flags);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -809,6 +819,7 @@ int main(int argc, char** argv) {
     if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
+    if (*compare_reports_command && !no_regression(compare_reports_flags)) return 1;
   } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong
     fmt::print(stderr, "{}: {}\n", name, error.what());
     return 2;

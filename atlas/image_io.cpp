@@ -16,6 +16,7 @@
 
 #include "atlas/atomic_file.h"
 #include "atlas/exr_parts.h"
+#include "atlas/rec709.h"
 
 namespace pluvia {
 namespace {
@@ -65,11 +66,6 @@ void check_shape(const std::string& file, const Image& image, std::initializer_l
                   "and a value for each",
                   file, image.width, image.height, image.channels, image.values.size(),
                   fmt::join(channels, " or ")));
-}
-
-// The transfer curve of IEC 61966-2-1.
-double srgb_encoded(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 std::vector<unsigned char> encode_srgb(const std::string& file,

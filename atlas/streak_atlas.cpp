@@ -13,6 +13,7 @@
 
 #include "atlas/atlas_layout.h"
 #include "atlas/atomic_file.h"
+#include "atlas/rec709.h"
 
 namespace pluvia {
 namespace {
@@ -117,7 +118,7 @@ std::vector<double> band_weights(const std::string& file, const std::string& wan
                                  const std::vector<std::string>& bands) {
   if (wanted.empty() && bands.size() == 1) return {1};
   if (wanted.empty() && bands == std::vector<std::string>{"B", "G", "R"}) {
-    return {0.0722, 0.7152, 0.2126};  // luminance of linear Rec.709
+    return {rec709_luminance[2], rec709_luminance[1], rec709_luminance[0]};
   }
   const auto found = std::find(bands.begin(), bands.end(), wanted);
   if (found == bands.end()) {

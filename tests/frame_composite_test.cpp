@@ -1,5 +1,6 @@
 #include "validate/frame_composite.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -119,6 +120,29 @@ TEST(FrameComposite, NearDropsLieOverFarOnesAndBehindWallsNothing) {
   EXPECT_EQ(composite(scene, atlas, both, 0.5f).drops_seen, 0);
   EXPECT_EQ(composite(scene, atlas, {both[1], both[0]}, 9).color.values,
             composite(scene, atlas, both, 9).color.values);
+}
+
+TEST(FrameComposite, StreaksAreWhereTheyAreSeenTheFarthestFirst) {
+  const Scene scene = dark_scene();
+  const StreakAtlas atlas = constant_atlas({level_view}, {0.5f}, {0.5f});
+  const FrameComposite one = composite(scene, atlas, {drop_ahead(1)});
+  ASSERT_EQ(one.streaks.size(), 1u);
+  const StreakMask& mask = one.streaks[0];
+  long touched = 0;
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      const bool marked = mask.touched[static_cast<std::size_t>(y * mask.width + x)];
+      EXPECT_EQ(marked, one.rain.at(mask.x0 + x, mask.y0 + y) != 0) << x << ", " << y;
+      touched += marked;
+    }
+  }
+  const auto lit = std::count_if(one.rain.values.begin(), one.rain.values.end(),
+                                 [](float value) { return value != 0; });
+  EXPECT_EQ(3 * touched, lit);
+  const auto both = composite(scene, atlas, {drop_ahead(1, 0), drop_ahead(1.5, 1)});
+  ASSERT_EQ(both.streaks.size(), 2u);
+  EXPECT_LT(both.streaks[0].width, both.streaks[1].width);
+  EXPECT_TRUE(composite(scene, atlas, {drop_ahead(1)}, 0.5f).streaks.empty());
 }
 
 TEST(FrameComposite, BetweenTwoViewsFluxIsInterpolated) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "raytrace/generate.h"
+#include "validate/picture_comparison.h"
 #include "validate/report.h"
 
 namespace pluvia {
@@ -20,8 +21,8 @@ void add_energy_check(const Preset& preset, Report& report);
 void add_mesh_check(const Preset& preset, Report& report);
 
 // The exit field against brute force on one streak, all lights at once: field.flux.easy and .hard
-// with the standard errors that they rest on, and three streaks side by side with difference and
-// noise.
+// with the standard errors that they rest on, field.picture.easy and .hard, and three streaks side
+// by side with difference and noise.
 void add_field_checks(const Preset& preset, const Progress& progress, Report& report);
 
 // The database against the closed-form sphere (gn2006.sphere_closed_form.osc0) and against the real
@@ -32,9 +33,16 @@ void add_database_checks(const std::string& database_folder, const std::string& 
 // Pictures of the database: every oscillation under one light, and one oscillation under many.
 void add_gallery(const std::string& database_folder, Report& report);
 
-// One real-time frame against a double-precision composite of the same drops: frame.composite.
+// One real-time frame against a double-precision composite of the same drops: frame.composite, and
+// add_picture_checks with the prefix frame.
 void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
                      Report& report);
+
+// The metrics of pictures (docs/fidelity.md), as prefix.psnr.ldr and .hdr, .ssim, .ms_ssim,
+// .flip.ldr and .hdr, .streak_flux, .streaks.brightness, .width and .lean, .spectrum.rings and
+// .sectors, with a table of percentiles and the error maps. The pictures are taken as exact.
+void add_picture_checks(const std::string& prefix, const ComparedPictures& pictures,
+                        Report& report);
 
 // value = |measured - expected|, or that over `scale`.
 Check deviation(const std::string& name, double measured, double expected, double bound,

@@ -2,11 +2,14 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "raytrace/brute_force.h"
 #include "validate/checks.h"
+#include "validate/metrics.h"
 
 namespace pluvia {
 
@@ -48,22 +51,26 @@ Image picture(const StreakRequest& request, const std::vector<float>& values) {
   return image;
 }
 
-double relative_error(const StreakImage& a, const StreakImage& b) {
-  double difference = 0, size = 0;
-  for (std::size_t i = 0; i < a.mean.size(); ++i) {
-    difference += std::pow(static_cast<double>(a.mean[i]) - b.mean[i], 2);
-    size += std::pow(static_cast<double>(b.mean[i]), 2);
+// Without the noise of both.
+std::string beyond_noise(const NoisyError& error) {
+  if (error.below_noise) {
+    return fmt::format("below the noise: without it, its square is {:.1e} +- {:.1e}", error.squared,
+                       error.standard_error);
   }
-  return std::sqrt(difference / size);
+  const double root = std::sqrt(error.squared);
+  return fmt::format("without that noise by {:.4f} +- {:.4f}", root,
+                     error.standard_error / (2 * root));
 }
 
-// Four panels of one light, and a sentence on how far apart they are.
-void add_panels(const StreakRequest& request, const ComparedLight& compared,
-                const StreakImage& field, const StreakImage& brute, Figure& figure) {
-  std::vector<float> difference, noise;
+// Four panels of one light, and a sentence on how far apart they are; the distance beside their
+// noise.
+NoisyError add_panels(const StreakRequest& request, const ComparedLight& compared,
+                      const StreakImage& field, const StreakImage& brute, Figure& figure) {
+  std::vector<float> difference, noise, variance;
   for (std::size_t i = 0; i < field.mean.size(); ++i) {
     difference.push_back(field.mean[i] - brute.mean[i]);
-    noise.push_back(std::sqrt(brute.variance[i] + field.variance[i]));
+    variance.push_back(brute.variance[i] + field.variance[i]);
+    noise.push_back(std::sqrt(variance.back()));
   }
   // Shown so that all but the brightest half per cent of the pixels fall below white.
   std::vector<float> sorted = brute.mean;
@@ -76,12 +83,27 @@ void add_panels(const StreakRequest& request, const ComparedLight& compared,
   figure.panels.push_back(
       {picture(request, difference), white / 4, light + " difference, x 4", true, 1});
   figure.panels.push_back({picture(request, noise), white / 4, light + " noise, x 4", false, 1});
+  const NoisyError error = noisy_error(picture(request, field.mean), picture(request, brute.mean),
+                                       picture(request, variance));
   figure.text += fmt::format(
       " Light at elevation {}, azimuth {} ({}): the pictures differ by a relative RMSE of {:.3f}; "
-      "their own noise is {:.3f} (field, from its two replicates) and {:.3f} (brute force).",
-      compared.light.elevation_deg, compared.light.azimuth_deg, compared.what,
-      relative_error(field, brute), estimated_relative_error(field),
-      estimated_relative_error(brute));
+      "their own noise is {:.3f} (field, from its two replicates) and {:.3f} (brute force), {}.",
+      compared.light.elevation_deg, compared.light.azimuth_deg, compared.what, error.relative_rmse,
+      estimated_relative_error(field), estimated_relative_error(brute), beyond_noise(error));
+  return error;
+}
+
+void add_picture_check(const ComparedLight& compared, const NoisyError& error, Report& report) {
+  Check check = deviation(
+      fmt::format("field.picture.{}", compared.check), error.squared, 0, 3, "standard errors",
+      fmt::format("The streak's pixels under the light {}: measured is the square of the relative "
+                  "RMSE between exit field and brute force, less what the noise of both makes. "
+                  "Three standard errors of that is the bound: a relative RMSE of {:.3f} would be "
+                  "seen.",
+                  compared.what, std::sqrt(3 * error.standard_error)),
+      error.standard_error);
+  check.uncertainty = error.standard_error;
+  report.checks.push_back(check);
 }
 
 void add_flux_checks(const ComparedLight& compared, double field_flux, const Estimate& brute,
@@ -142,9 +164,10 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
       "field is brighter), and one standard error of both together.";
   for (const ComparedLight& compared : compared_lights) {
     const std::size_t k = light_index(request, compared.light);
-    add_panels(request, compared, field.light[k], brute.light[k], figure);
+    const NoisyError error = add_panels(request, compared, field.light[k], brute.light[k], figure);
     if (compared.check[0] != '\0') {
       add_flux_checks(compared, flux_of(field.light[k]), brute.flux[k], brute.rays, report);
+      add_picture_check(compared, error, report);
     }
   }
   report.figures.push_back(figure);

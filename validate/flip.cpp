@@ -14,12 +14,12 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "validate/picture_planes.h"
+
 namespace pluvia {
 namespace {
 
-using Plane = Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Planes = std::array<Plane, 3>;
-using Kernel = Eigen::ArrayXd;  // odd size, its centre in the middle
 
 // Linear Rec.709 to X, Y, Z in units of white: from the primaries' and D65's chromaticities, x and
 // y, as the published constants are (their white is 0.31271, 0.32902).
@@ -57,37 +57,9 @@ double redistributed(double distance, double largest) {
                          : 0.95 + (distance - bend) / (largest - bend) * (1 - 0.95);
 }
 
-Kernel offsets(int radius) {
-  return Kernel::LinSpaced(2 * radius + 1, -radius, radius);
-}
-
-Kernel gaussian(int radius, double sigma_px) {
-  return (-0.5 * (offsets(radius) / sigma_px).square()).exp();
-}
-
-Kernel unit_sum(const Kernel& kernel) {
-  return kernel / kernel.sum();
-}
-
 // Positive weights sum to 1, negative ones to -1.
 Kernel unit_halves(const Kernel& kernel) {
   return kernel.max(0) / kernel.max(0).sum() - (-kernel).max(0) / (-kernel).max(0).sum();
-}
-
-// sum over k, l of across[k] down[l] plane(y + l, x + k), the border continued.
-Plane filtered(const Plane& plane, const Kernel& across, const Kernel& down) {
-  const Eigen::Index radius = across.size() / 2, reach = down.size() / 2;
-  Plane wide(plane.rows(), plane.cols() + 2 * radius);
-  wide << plane.col(0).replicate(1, radius), plane, plane.rightCols(1).replicate(1, radius);
-  Plane rows = Plane::Zero(plane.rows(), plane.cols());
-  for (Eigen::Index k = 0; k < across.size(); ++k) {
-    rows += across[k] * wide.middleCols(k, plane.cols());
-  }
-  Plane tall(plane.rows() + 2 * reach, plane.cols());
-  tall << rows.row(0).replicate(reach, 1), rows, rows.bottomRows(1).replicate(reach, 1);
-  Plane sum = Plane::Zero(plane.rows(), plane.cols());
-  for (Eigen::Index k = 0; k < down.size(); ++k) sum += down[k] * tall.middleRows(k, plane.rows());
-  return sum;
 }
 
 // The eye's contrast sensitivity as a blur: sum of a sqrt(pi / b) exp(-pi^2 r^2 / b), r in degrees.
@@ -184,22 +156,11 @@ Plane error_between(const Planes& reference, const Planes& test, double pixels_p
 }
 
 Planes planes_of(const Image& image, double factor = 1) {
-  Planes planes = {};
-  for (int c = 0; c < 3; ++c) {
-    planes[static_cast<std::size_t>(c)] =
-        Plane::NullaryExpr(image.height, image.width, [&](Eigen::Index y, Eigen::Index x) {
-          return factor * image.at(static_cast<int>(x), static_cast<int>(y), c);
-        });
-  }
-  return planes;
+  return {plane_of(image, 0, factor), plane_of(image, 1, factor), plane_of(image, 2, factor)};
 }
 
 FlipError pooled(const Plane& error) {
-  FlipError result = {
-      .map = make_image(static_cast<int>(error.cols()), static_cast<int>(error.rows()))};
-  for (Eigen::Index i = 0; i < error.size(); ++i) {
-    result.map.values[static_cast<std::size_t>(i)] = static_cast<float>(error(i));
-  }
+  FlipError result = {.map = image_of(error)};
   std::vector<double> sorted(error.data(), error.data() + error.size());
   std::sort(sorted.begin(), sorted.end());
   std::vector<double> sums(sorted.size());

@@ -8,28 +8,21 @@
 #include "validate/checks.h"
 #include "validate/frame_composite.h"
 #include "validate/metrics.h"
+#include "validate/picture_planes.h"
 
 namespace pluvia {
 
 namespace {
 
-Image rain_signal(const Image& with, const Image& without) {
-  Image rain = with;
-  for (std::size_t i = 0; i < rain.values.size(); ++i) rain.values[i] -= without.values[i];
-  return rain;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Rec.709 luminance of the difference, for a signed map.
+// Of luminance, for a signed map.
 Image luminance_difference(const Image& a, const Image& b) {
-  Image map = make_image(a.width, a.height, 1);
-  for (int y = 0; y < a.height; ++y) {
-    for (int x = 0; x < a.width; ++x) {
-      map.at(x, y) = 0.2126f * (a.at(x, y, 0) - b.at(x, y, 0)) +
-                     0.7152f * (a.at(x, y, 1) - b.at(x, y, 1)) +
-                     0.0722f * (a.at(x, y, 2) - b.at(x, y, 2));
-    }
-  }
-  return map;
+  return image_of(luminance_of(a) - luminance_of(b));
 }
 
 }  // namespace
@@ -46,17 +39,16 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
   for (const PassCost& cost : frame.costs)
     report.timings_s.emplace_back("real-time frame: " + cost.pass, cost.wall_s);
 
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   const auto drops =
       drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
   const SkyLight sky = sky_of(scene, atlas, RenderOptions{}.sky_degree);
   const FrameComposite truth =
       composite_frame(scene, atlas, drops, sky, frame.background, frame.depth_m);
-  report.timings_s.emplace_back(
-      "double-precision composite of the same frame",
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  report.timings_s.emplace_back("double-precision composite of the same frame",
+                                seconds_since(start));
 
-  const Image ours = rain_signal(frame.color, frame.background);
+  const Image ours = rain_layer(frame.color, frame.background);
   Check check = deviation(
       "frame.composite", relative_rmse(ours, truth.rain), 0, 0.02, "relative RMSE",
       fmt::format("Rain-only signal (frame minus the frame without rain) of {} at {:.2f} s, {} "
@@ -79,6 +71,15 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
                      {luminance_difference(ours, truth.rain), white / 64,
                       "difference of luminance, x 64", true, 1}}};
   report.figures.insert(report.figures.begin(), {rain, difference});
+  const auto comparing = Clock::now();
+  add_picture_checks("frame",
+                     {.picture = frame.color,
+                      .reference = truth.color,
+                      .dry = frame.background,
+                      .white = white,
+                      .streaks = truth.streaks},
+                     report);
+  report.timings_s.emplace_back("picture metrics", seconds_since(comparing));
 }
 
 }  // namespace pluvia

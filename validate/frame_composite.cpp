@@ -159,22 +159,22 @@ Footprint drop_footprint(const StreakAtlas& atlas, const PlacedDrop& placed, dou
   return footprint;
 }
 
-// Puts the drop over what lies behind it. True when it touches a pixel in front of the scene.
-bool put_over(const Footprint& drop, double drop_depth_m, const Image& depth_m,
-              std::vector<Eigen::Vector3d>& color) {
-  bool seen = false;
+// Puts the drop over what lies behind it; the pixels where it does.
+StreakMask put_over(const Footprint& drop, double drop_depth_m, const Image& depth_m,
+                    std::vector<Eigen::Vector3d>& color) {
+  StreakMask mask = mask_of(drop);
   for (int y = 0; y < drop.height; ++y) {
     for (int x = 0; x < drop.width; ++x) {
-      const StreakValue& value = drop.values[static_cast<std::size_t>(y * drop.width + x)];
+      const auto i = static_cast<std::size_t>(y * drop.width + x);
       const int screen_x = drop.x0 + x, screen_y = drop.y0 + y;
-      const bool nothing = (value.array() == 0).all();
-      if (nothing || !(drop_depth_m < depth_m.at(screen_x, screen_y))) continue;
+      mask.touched[i] = mask.touched[i] && drop_depth_m < depth_m.at(screen_x, screen_y);
+      if (!mask.touched[i]) continue;
+      const StreakValue& value = drop.values[i];
       Eigen::Vector3d& below = color[static_cast<std::size_t>(screen_y * depth_m.width + screen_x)];
       below = (1 - value.w()) * below + value.head<3>().cwiseMax(0);  // raytrace/sky_light.h
-      seen = true;
     }
   }
-  return seen;
+  return mask;
 }
 
 void require_picture(const Image& image, const Camera& camera, int channels, bool infinity_is_good,
@@ -234,7 +234,11 @@ FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
     });
     for (std::size_t i = begin; i < end; ++i) {
       const double drop_depth_m = placed[i].placement.depth_m;
-      result.drops_seen += put_over(footprints[i - begin], drop_depth_m, depth_m, color) ? 1 : 0;
+      StreakMask mask = put_over(footprints[i - begin], drop_depth_m, depth_m, color);
+      const auto& touched = mask.touched;
+      if (std::find(touched.begin(), touched.end(), true) == touched.end()) continue;
+      ++result.drops_seen;
+      result.streaks.push_back(std::move(mask));
     }
   }
   for (std::size_t i = 0; i < 3 * color.size(); ++i) {

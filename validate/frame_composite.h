@@ -14,6 +14,7 @@
 #include "raytrace/drop_field.h"
 #include "raytrace/scene.h"
 #include "raytrace/sky_light.h"
+#include "validate/streak_flux.h"
 
 namespace pluvia {
 
@@ -24,7 +25,8 @@ SkyLight sky_of(const Scene& scene, const StreakAtlas& atlas, int most_degree);
 struct FrameComposite {
   Image color = {};  // RGB, cd/m^2
   Image rain = {};   // RGB: color - background, rounded once (the rain-only signal of a comparison)
-  long drops_seen = 0;  // that touch at least one pixel in front of the scene
+  long drops_seen = 0;                   // that touch at least one pixel in front of the scene
+  std::vector<StreakMask> streaks = {};  // those pixels, of each of them, the farthest first
 };
 
 // For each drop, from the farthest to the nearest (depth_m of its placement; equal: lower id
