@@ -128,9 +128,13 @@ bool stroke_of(Path path, Hit hit, float radius_m, float merged, out Stroke stro
   stroke.centre_px = 0.5 * (a_px + b_px);
   // A disc's variance is a quarter of its squared radius, a rectangle's a twelfth of its squared
   // side.
-  stroke.half_axis_px =
-      0.5 * sqrt(length_px * length_px + 3.0 * radius_px * radius_px) * along;
-  stroke.half_width_px = max(0.5 * sqrt(3.0) * radius_px, 5e-4);
+  float disc_px2 = radius_px * radius_px;
+#if LENS
+  float circle = circle_px(0.5 * (a.z + b.z));
+  disc_px2 += circle * circle;
+#endif
+  stroke.half_axis_px = 0.5 * sqrt(length_px * length_px + 3.0 * disc_px2) * along;
+  stroke.half_width_px = max(0.5 * sqrt(3.0 * disc_px2), 5e-4);
   stroke.area_px = pi * radius_px * radius_px * merged * path.share;
   // The surface below does not hide what leaves it.
   stroke.inverse_depth = NEAR_M / max(min(a.z, b.z) - radius_m - 0.01, NEAR_M);
