@@ -17,12 +17,15 @@
 // Errors: within a bar one length stands for its chords (b wide: about (b / Q)^2 / 3 of the length
 // near the middle, all of it at the rim), so the ends of a streak and its glints show bars, its sides
 // the disc.
-const int most_bars = 16;
+const int most_bars = 24;
+const float bars_per_px = 1.5;
 const float longest_mixed_px = 16.0;  // a longer bar is as long as the nearest whole number
 
 struct Defocus {  // of a streak
   int bars, pieces;       // pieces: of a column, none wider than half a circle
   float radius_px;        // Q
+  float lean;             // of the bars' middles, along for a pixel beside
+  float chord_px;         // the longest: 2 R / sqrt(1 + k^2)
   float slant;            // k
   float px_per_column;    // beside
   float rows_per_px;      // a row's share of a pixel along, signed
@@ -45,7 +48,10 @@ Defocus defocus_of(Streak streak, float circle, float texel) {
   float stretch = 1.0 + lens.slant * lens.slant;
   lens.radius_px = sqrt(circle * circle * stretch +
                         (lens.slant * lens.slant + width_px * width_px) / 3.0);
-  lens.bars = clamp(int(ceil(lens.radius_px)), 1, most_bars);
+  float square = lens.slant * lens.slant / 3.0;
+  lens.lean = lens.slant * (circle * circle + square) / (circle * circle * stretch + square);
+  lens.chord_px = 2.0 * circle / sqrt(stretch);
+  lens.bars = clamp(int(ceil(bars_per_px * lens.radius_px)) + 1, 1, most_bars);
   lens.area_px = abs(twist) * texel;
   return lens;
 }
@@ -79,7 +85,7 @@ vec4 bar_sum(Streak streak, Across across, vec2 strip, int column, float row, fl
 }
 
 vec4 defocused_strip(Streak streak, Defocus lens, vec2 pixel_place, vec2 strip, int column) {
-  float stretch = 1.0 + lens.slant * lens.slant, radius = lens.radius_px;
+  float radius = lens.radius_px;
   vec2 d = (pixel_place.x - strip) * lens.px_per_column;
   float to_bar = 0.5 * float(lens.bars);
   int first = max(int(floor(((min(d.x, d.y) - 0.5) / radius + 1.0) * to_bar)), 0);
@@ -89,15 +95,14 @@ vec4 defocused_strip(Streak streak, Defocus lens, vec2 pixel_place, vec2 strip, 
   vec4 sum = vec4(0);
   for (int bar = first; bar <= last; ++bar) {
     vec2 edge = vec2(bar, bar + 1) / to_bar - 1.0;
-    float chord = 2.0 * radius / stretch;
-    float lean = (edge.y - edge.x) * radius * lens.slant / stretch;  // of its ends
-    float square = chord * chord * (1.0 - dot(edge, edge) / 3.0 - edge.x * edge.y / 3.0) +
-                   lean * lean + 1.0;
+    // A parallelogram's mean square: of its length, and of what its sides are shifted.
+    float lean = (edge.y - edge.x) * lens.slant / 2.0;
+    float shape = 1.0 - (dot(edge, edge) + edge.x * edge.y) / 3.0 + lean * lean;
+    float square = lens.chord_px * lens.chord_px * shape + 1.0;
     float length_px = floor(sqrt(square));
     float longer = (square - length_px * length_px) / (2.0 * length_px + 1.0);
     if (length_px > longest_mixed_px) longer = step(0.5, longer);
-    float middle = row + 0.5 * (edge.x + edge.y) * radius * lens.slant / stretch *
-                             lens.rows_per_px;
+    float middle = row + 0.5 * (edge.x + edge.y) * radius * lens.lean * lens.rows_per_px;
     Across across = Across(pixel_place.x, lens.px_per_column, vec2(0), radius * edge, radius,
                            lens.pieces);
     vec2 share = vec2(1.0 - longer, longer) / vec2(length_px, length_px + 1.0);
