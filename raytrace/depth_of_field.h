@@ -15,7 +15,7 @@
 
 namespace pluvia {
 
-constexpr double nearest_focus_m = 0.1;
+constexpr double nearest_focus_m = 0.1, farthest_focus_m = 1e6;  // or infinity
 
 // Of a lens whose picture is 24 mm high, focused far away: 12 mm / tan(fov / 2) / f_number.
 double aperture_of_f_number_m(double f_number, double vertical_fov_deg);

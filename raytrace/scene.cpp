@@ -21,7 +21,7 @@ namespace {
 constexpr Range place_m = {-1e6, 1e6};       // beyond it a float is coarser than 6 cm
 constexpr Range radiance_cd_m2 = {0, 1e10};  // the sun's disc has 1.6e9
 constexpr double min_box_m = 1e-3;
-constexpr Range focus_range_m = {nearest_focus_m, 1e6};
+constexpr Range focus_range_m = {nearest_focus_m, farthest_focus_m};
 
 std::string absolute_beside(const std::string& file, const std::string& path) {
   return std::filesystem::absolute(path_beside(file, path)).lexically_normal().string();
