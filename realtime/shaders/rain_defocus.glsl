@@ -11,12 +11,12 @@
 // floor(m), the rest over one more, such that the mean square is m^2. Bars of whole lengths lie beside
 // and below each other without a gap from pixel to pixel, so that no light is lost nor made: over all
 // pixels it is that of the sharp streak but for rounding. The pixel itself counts as sheared along
-// with the streak; Q^2 has k^2 / 3 more for what that takes from the square pixel's variance, and the
-// variance of a column's width.
+// with the streak; Q^2 has k^2 / 3 more for what that takes from the square pixel's variance beside
+// the streak, bars lean by as much more, and Q^2 has the variance of a column's width.
 //
-// Errors: within a bar one length stands for its chords (b wide: about (b / Q)^2 / 3 of the length
-// near the middle, all of it at the rim), so the ends of a streak and its glints show bars, its sides
-// the disc.
+// Errors: within a bar one length stands for its chords, so the ends of a streak and its glints show
+// bars, its sides the disc; and the shape, not the size, of a sheared pixel where the circle is
+// small and the streak slanted (docs/rendering.md).
 const int most_bars = 24;
 const float bars_per_px = 1.5;
 const float longest_mixed_px = 16.0;  // a longer bar is as long as the nearest whole number
@@ -73,7 +73,7 @@ float bar_share(Across across, float low, float high) {
   return share / float(across.pieces);
 }
 
-// row: of the bar's middle. length_px: its own, in whole pixels.
+// What both views have of a column, half_rows to both sides of a row.
 vec4 bar_sum(Streak streak, Across across, vec2 strip, int column, float row, float half_rows) {
   vec2 rows = min(row + vec2(-half_rows, half_rows), streak.clip_row);
   if (!(rows.x < rows.y)) return vec4(0);

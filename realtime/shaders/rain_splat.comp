@@ -11,6 +11,9 @@
 // lay into one pixel hides itself there like two streaks: up to 0.9 % too little optical depth, and
 // 0.4 % too little light, at the shortest exposures; 0.1 % at 1/60 s.
 //
+// A streak a little out of focus (rain_lens.glsl) is widened by its circle's variance; its ends are
+// not.
+//
 // Sums are integers, so that they come out the same in any order: values are counted in quanta and
 // rounded up or down by chance (a hash of drop and pixel), in the mean to what they are. Very
 // bright streaks are left to quads; where a value or a sum is beyond 2^30 quanta all the same,
