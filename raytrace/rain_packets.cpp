@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "raytrace/depth_of_field.h"
+
 namespace pluvia {
 namespace {
 
@@ -164,15 +166,19 @@ PlanePolygon convex_hull(PlanePolygon points) {
 // The frustum as far as anything of the local space can be, its faces seen from the camera.
 std::vector<Polygon> frustum_faces(const Camera& camera, double far_m) {
   const CameraFrame frame = camera_frame(camera);
-  // A streak that touches the picture may have its path a little beside it.
-  const double x = (camera.width_px / 2.0 + 2) / frame.focal_px;
-  const double y = (camera.height_px / 2.0 + 2) / frame.focal_px;
+  // A streak that touches the picture may have its path a little beside it, and its circle reaches
+  // into a few pixels more.
+  const double margin_px = camera.depth_of_field ? 5 : 2;
+  const double x = (camera.width_px / 2.0 + margin_px) / frame.focal_px;
+  const double y = (camera.height_px / 2.0 + margin_px) / frame.focal_px;
   std::array<Eigen::Vector3d, 8> corner;
   const double signs[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
   for (std::size_t i = 0; i < 8; ++i) {
     const double depth_m = i < 4 ? least_forward_m : far_m;
     const auto* sign = signs[i % 4];
-    corner[i] = depth_m * (frame.forward + sign[0] * x * frame.right + sign[1] * y * frame.up);
+    const double beside_m = beside_view_m(camera, depth_m);
+    corner[i] = depth_m * frame.forward + sign[0] * (depth_m * x + beside_m) * frame.right +
+                sign[1] * (depth_m * y + beside_m) * frame.up;
   }
   const int faces[6][4] = {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4},
                            {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};

@@ -11,6 +11,7 @@
 
 #include "oscillation/fall_speed.h"
 #include "oscillation/size_distribution.h"
+#include "raytrace/depth_of_field.h"
 #include "raytrace/gltf_mesh.h"
 #include "raytrace/toml_reader.h"
 
@@ -20,6 +21,7 @@ namespace {
 constexpr Range place_m = {-1e6, 1e6};       // beyond it a float is coarser than 6 cm
 constexpr Range radiance_cd_m2 = {0, 1e10};  // the sun's disc has 1.6e9
 constexpr double min_box_m = 1e-3;
+constexpr Range focus_range_m = {nearest_focus_m, farthest_focus_m};
 
 std::string absolute_beside(const std::string& file, const std::string& path) {
   return std::filesystem::absolute(path_beside(file, path)).lexically_normal().string();
@@ -32,13 +34,36 @@ void refuse_target_at_position(const TomlReader& reader, const std::string& name
                   fmt::format("{0}.target_m is {0}.position_m; expected another point", name));
 }
 
-std::vector<CameraKey> read_camera_path(TomlReader& reader) {
+DepthOfField read_depth_of_field(TomlReader reader, double vertical_fov_deg) {
+  DepthOfField lens;
+  if (reader.has("f_number") == reader.has("aperture_m"))
+    reader.refuse("focus_m",
+                  fmt::format("depth_of_field has {} f_number and aperture_m; expected one of them",
+                              reader.has("f_number") ? "both" : "neither of"));
+  double f_number = 0;
+  reader.optional("f_number", f_number, {0.5, 128});
+  if (f_number > 0) lens.aperture_m = aperture_of_f_number_m(f_number, vertical_fov_deg);
+  reader.optional("aperture_m", lens.aperture_m, {0, 1}, "m");
+  reader.optional("focus_m", lens.focus_m, focus_range_m, "m");
+  reader.finish();
+  return lens;
+}
+
+std::vector<CameraKey> read_camera_path(TomlReader& reader,
+                                        const std::optional<DepthOfField>& lens) {
   std::vector<CameraKey> path;
   for (TomlReader& table : reader.tables("key")) {
     CameraKey key;
     table.required("time_s", key.time_s, {0, 1e7}, "s");
     table.required("position_m", key.position_m, place_m);
     table.required("target_m", key.target_m, place_m);
+    if (lens) key.focus_m = lens->focus_m;
+    table.optional("focus_m", key.focus_m, focus_range_m, "m");
+    if (table.has("focus_m") && !lens)
+      table.refuse("focus_m",
+                   fmt::format("camera.key[{}].focus_m without an aperture; expected a table "
+                               "[depth_of_field]",
+                               path.size()));
     table.finish();
     const std::string name = fmt::format("camera.key[{}]", path.size());
     refuse_target_at_position(table, name, key.position_m, key.target_m);
@@ -53,9 +78,15 @@ std::vector<CameraKey> read_camera_path(TomlReader& reader) {
   return path;
 }
 
-Camera read_camera(TomlReader reader, std::vector<CameraKey>& path) {
+// document: may have a table [depth_of_field].
+Camera read_camera(TomlReader& document, std::vector<CameraKey>& path) {
   Camera camera;
-  path = read_camera_path(reader);
+  TomlReader reader = document.table("camera");
+  reader.optional("vertical_fov_deg", camera.vertical_fov_deg, {1, 150}, "deg");
+  if (document.has("depth_of_field"))
+    camera.depth_of_field =
+        read_depth_of_field(document.table("depth_of_field"), camera.vertical_fov_deg);
+  path = read_camera_path(reader, camera.depth_of_field);
   if (path.empty()) {
     reader.required("position_m", camera.position_m, place_m);
     reader.required("target_m", camera.target_m, place_m);
@@ -63,8 +94,8 @@ Camera read_camera(TomlReader reader, std::vector<CameraKey>& path) {
   } else {
     camera.position_m = path.front().position_m;
     camera.target_m = path.front().target_m;
+    if (camera.depth_of_field) camera.depth_of_field->focus_m = path.front().focus_m;
   }
-  reader.optional("vertical_fov_deg", camera.vertical_fov_deg, {1, 150}, "deg");
   reader.optional("width_px", camera.width_px, 1, 16384);
   reader.optional("height_px", camera.height_px, 1, 16384);
   reader.optional("exposure_s", camera.exposure_s, {0, 1, true}, "s");
@@ -321,6 +352,11 @@ Camera camera_at(const Scene& scene, double time_s) {
   };
   camera.position_m = value(&CameraKey::position_m);
   camera.target_m = value(&CameraKey::target_m);
+  if (camera.depth_of_field) {
+    const CameraKey& next = between ? keys[i + 1] : keys[i];
+    const double u = between ? (time_s - keys[i].time_s) / (next.time_s - keys[i].time_s) : 0;
+    camera.depth_of_field->focus_m = 1 / ((1 - u) / keys[i].focus_m + u / next.focus_m);
+  }
   const Eigen::Vector3d ahead = camera.target_m - camera.position_m;
   if (ahead.norm() < 1e-3) {
     const Eigen::Vector3d way = keys[i].target_m - keys[i].position_m;
@@ -343,7 +379,7 @@ Scene read_scene(const std::string& file) {
   const toml::table document = read_toml(file);
   TomlReader reader(document, file, "");
   Scene scene;
-  scene.camera = read_camera(reader.table("camera"), scene.camera_path);
+  scene.camera = read_camera(reader, scene.camera_path);
   for (TomlReader& light : reader.tables("light")) scene.lights.push_back(read_light(light));
   if (reader.has("environment")) scene.environment = read_environment(reader.table("environment"));
   Eigen::Vector3d wind_m_s(0, 0, 0);

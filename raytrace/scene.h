@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,11 @@
 
 namespace pluvia {
 
+struct DepthOfField {                                        // raytrace/depth_of_field.h
+  double aperture_m = 0;                                     // diameter of the entrance pupil
+  double focus_m = std::numeric_limits<double>::infinity();  // along the camera's axis
+};
+
 struct Camera {
   Eigen::Vector3d position_m = {0, 0, 1.6};
   Eigen::Vector3d target_m = {0, 1, 1.6};
@@ -22,7 +28,8 @@ struct Camera {
   int width_px = 640;
   int height_px = 360;
   double exposure_s = 1.0 / 60;
-  double white_cd_m2 = 1;  // the radiance that a PNG shows as white
+  double white_cd_m2 = 1;                           // the radiance that a PNG shows as white
+  std::optional<DepthOfField> depth_of_field = {};  // nothing: a pinhole
 };
 
 constexpr double least_key_s = 1e-3;  // between keys of a path
@@ -30,6 +37,7 @@ constexpr double least_key_s = 1e-3;  // between keys of a path
 struct CameraKey {
   double time_s = 0;
   Eigen::Vector3d position_m = {0, 0, 0}, target_m = {0, 1, 0};
+  double focus_m = std::numeric_limits<double>::infinity();  // with depth of field
 };
 
 // The camera's axes (unit, right-handed: right x up = -forward) and its focal length f in pixels. A
@@ -138,7 +146,9 @@ struct Scene {
 // The file's tables and their keys (r: required):
 //   [camera]       position_m r, target_m r, vertical_fov_deg, width_px, height_px, exposure_s,
 //                  white_cd_m2; or, instead of position_m and target_m, a path of two or more
-//                  [[camera.key]] time_s r, position_m r, target_m r, times ascending
+//                  [[camera.key]] time_s r, position_m r, target_m r, focus_m, times ascending
+//   [depth_of_field]  one of aperture_m (diameter) and f_number (of a picture 24 mm high);
+//                  focus_m (none: infinity), or key by key where a key has one
 //   [[light]]      kind ("point", "spot" or "sun"), name, shadow;
 //                  point and spot: position_m r, intensity_cd r, radius_m;
 //                  spot: direction r, inner_half_angle_deg, outer_half_angle_deg;
@@ -165,7 +175,7 @@ Scene read_scene(const std::string& file);
 // scene.camera as its path has it at a time: cubic between the keys (Hermite with Catmull and Rom's
 // tangents for uneven times), so that it passes each key without a jump of velocity; at rest before
 // the first key and after the last. Target and position never come closer than 1 mm: the target is
-// pushed ahead where they would.
+// pushed ahead where they would. The focus goes evenly in 1 / focus_m from key to key.
 Camera camera_at(const Scene& scene, double time_s);
 
 // Cameras along the path, evenly in time: scene.camera alone without a path.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "raytrace/depth_of_field.h"
 #include "raytrace/exit_field.h"
 #include "raytrace/light.h"
 #include "raytrace/rain_space.h"
@@ -36,8 +37,9 @@ struct Cell {
   Eigen::Vector3d centre = {0, 0, 0}, half = {0, 0, 0};
 };
 
-struct Plane {  // inside where normal . (x - camera) >= 0
+struct Plane {  // inside where normal . (x - camera) >= -beyond_m
   Eigen::Vector3d normal = {0, 0, 1};
+  double beyond_m = 0;
 };
 
 // Farthest turn of the direction to a point `distance` away while one moves by at most `reach`.
@@ -80,7 +82,7 @@ bool Search::may_be_seen(const Cell& cell) const {
   if (greatest(forward) < nearest_depth_m) return false;
   return std::all_of(sides.begin(), sides.end(), [&](const Plane& side) {
     const double streak_m = std::abs(side.normal.dot(path_m)) / 2 + beyond_path_m;
-    return greatest(side.normal) >= -streak_m;
+    return greatest(side.normal) >= -streak_m - side.beyond_m;
   });
 }
 
@@ -169,13 +171,17 @@ void Search::visit(const Cell& cell) {
   visit(high);
 }
 
-// The four sides of the picture, a pixel beyond its edge.
+// The four sides of the picture, a pixel beyond its edge; with depth of field as far as circles
+// reach (raytrace/depth_of_field.h).
 std::vector<Plane> sides_of(const Camera& camera, const CameraFrame& frame) {
   std::vector<Plane> sides;
   const auto add = [&](const Eigen::Vector3d& across, int size_px) {
-    const double slope = (size_px / 2.0 + 1) / frame.focal_px;
+    const double reach_m = beside_view_m(camera, 0);
+    const double slope = (size_px / 2.0 + (reach_m > 0 ? 4 : 1)) / frame.focal_px +
+                         beside_view_m(camera, 1) - reach_m;
     for (const double sign : {-1.0, 1.0}) {
-      sides.push_back({(slope * frame.forward + sign * across).normalized()});
+      const Eigen::Vector3d inward = slope * frame.forward + sign * across;
+      sides.push_back({inward.normalized(), reach_m / inward.norm()});
     }
   };
   add(frame.right, camera.width_px);

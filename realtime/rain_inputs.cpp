@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "atlas/atlas_lookup.h"
+#include "raytrace/depth_of_field.h"
 #include "raytrace/rain_fog.h"
 #include "raytrace/spherical_harmonics.h"
 #include "realtime/far_field.h"
@@ -167,6 +168,10 @@ std::vector<glm::vec4> gpu_sky(const SkyLight& sky, const RainSpace& space) {
   return values;
 }
 
+bool has_circles(const Camera& camera) {
+  return largest_circle_px(camera) > least_circle_px;
+}
+
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
                            const RenderOptions& options) {
   double rows_below_path = 0;
@@ -234,6 +239,10 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
   uniforms.camera = gpu_camera(scene.camera);
   uniforms.box_min_m = to_glm(scene.rain.box_min_m - camera_m, 0);
   uniforms.box_max_m = to_glm(scene.rain.box_max_m - camera_m, 0);
+  if (scene.camera.depth_of_field) {
+    uniforms.splat_most.y = static_cast<float>(circle_scale_px_m(scene.camera));
+    uniforms.splat_most.z = static_cast<float>(1 / scene.camera.depth_of_field->focus_m);
+  }
   uniforms.air.z = static_cast<float>(std::clamp(nearest_box_depth_m(scene), 0.0, 1e30));
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const LocalSpace local = local_space(space, static_cast<int>(i), camera_m, time_s);

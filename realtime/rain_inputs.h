@@ -83,6 +83,14 @@ std::vector<std::string> sky_notes(const Scene& scene, const StreakAtlas& atlas,
 // [size * cells + l^2 + l + m], in the frame of each size's fall.
 std::vector<glm::vec4> gpu_sky(const SkyLight& sky, const RainSpace& space);
 
+// Circles of the lens (raytrace/depth_of_field.h). A smaller one is not seen: it adds a fortieth to
+// the variance of a pixel. Up to the other, a thin streak is walked (rain_splat.comp), made wider
+// by the circle's variance; farther out of focus it is a quad, with the circle's own shape.
+constexpr double least_circle_px = 0.1, widest_walked_circle_px = 0.5;
+
+// Whether any streak of the scene can be seen out of focus.
+bool has_circles(const Camera& camera);
+
 // What no frame changes.
 RainUniforms rain_uniforms(const Scene& scene, const StreakAtlas& atlas,
                            const RenderOptions& options);

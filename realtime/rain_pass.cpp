@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "raytrace/depth_of_field.h"
 #include "realtime/group_passes.h"
 #include "realtime/light_candidates.h"
 #include "realtime/rain_inputs.h"
@@ -59,6 +60,9 @@ enum TextureUnit : GLuint {
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
                        {"DENSITY", pass.densities.id() ? "1" : "0"},
+                       {"LENS", pass.lens ? "1" : "0"},
+                       {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
+                       {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
                        {"TAPS", std::to_string(pass.taps)},
                        {"VIEW_TAPS", std::to_string(pass.view_taps)},
                        {"SKY_CELLS", std::to_string(pass.sky_cells)},
@@ -266,6 +270,14 @@ StreakCounts count_streaks(RainPass& pass) {
   return sum_groups(pass);
 }
 
+std::string lens_note(const Camera& camera, bool billboards) {
+  if (billboards) return "depth of field: billboards are sharp";
+  if (has_circles(camera))
+    return "depth of field: surfaces are sharp, splashes out of focus are oblong";
+  return fmt::format("depth of field: no circle of more than {:.2g} px, nothing to see",
+                     largest_circle_px(camera));
+}
+
 }  // namespace
 
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
@@ -309,7 +321,10 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.coverage = make_texture(GL_R32F, surfaces.width, surfaces.height);
   pass.seen = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
-  if (options.path == RainPath::billboards_2010) {
+  const bool billboards = options.path == RainPath::billboards_2010;
+  pass.lens = !billboards && has_circles(scene.camera);
+  if (scene.camera.depth_of_field) pass.notes.push_back(lens_note(scene.camera, billboards));
+  if (billboards) {
     if (pass.taps > 1)
       throw std::runtime_error("billboards: lookup trilinear; expected nearest or view-linear");
     pass.billboards = make_billboard_pass(scene, atlas, pass.sky_cells > 0);

@@ -47,6 +47,7 @@ struct RainPass {
   BillboardPass billboards = {};        // empty: streaks
   RainSplat splat = {};                 // empty: every streak is a quad
   GLuint scene_depth_m = 0;             // the surfaces'
+  bool lens = false;                    // streaks are out of focus
   int taps = 1;                         // lit records of a streak and light
   std::vector<std::string> notes = {};  // what the plan should say
   int sky_cells = 0;        // of the sky, that a streak mixes: none, uniform, or its harmonics

@@ -38,6 +38,9 @@ enum Binding : GLuint {
 ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadows) {
   return {{"PLACE", place ? "1" : "0"},
           {"SHADOWS", place && !shadows.empty() ? "1" : "0"},
+          {"LENS", rain.lens ? "1" : "0"},
+          {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
+          {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
           {"DENSITY", rain.densities.id() ? "1" : "0"},
           {"GROUP_SIZE", std::to_string(group_size)},
           {"DROPS_OF_GROUP", std::to_string(group_size)},

@@ -1,11 +1,13 @@
 #include "raytrace/rain_packets.h"
 
 #include <cmath>
+#include <optional>
 #include <set>
 #include <tuple>
 
 #include <gtest/gtest.h>
 
+#include "raytrace/depth_of_field.h"
 #include "raytrace/drop_field.h"
 #include "raytrace/streak_placement.h"
 #include "tests/scene_files.h"
@@ -45,12 +47,14 @@ Scene scene_for(const View& view) {
 }
 
 bool in_picture(const StreakPlacement& placed, const Camera& camera) {
+  const double beside_px = circle_px(camera, placed.depth_m);
   // Points along the path, in the middle and at both rims of the picture.
   for (int i = 0; i <= 20; ++i) {
     for (const double column : {0.0, 8.0, 16.0}) {
       const Eigen::Vector2d at = placed.origin_px + column * placed.column_px +
                                  (15 + placed.path_rows * i / 20) * placed.row_px;
-      if (at.x() >= 0 && at.x() <= camera.width_px && at.y() >= 0 && at.y() <= camera.height_px)
+      if (at.x() >= -beside_px && at.x() <= camera.width_px + beside_px && at.y() >= -beside_px &&
+          at.y() <= camera.height_px + beside_px)
         return true;
     }
   }
@@ -68,9 +72,10 @@ CellNames names_of(const std::vector<SizedCell>& cells) {
 
 constexpr PacketScheme schemes[] = {PacketScheme::world, PacketScheme::tree, PacketScheme::grid};
 
-TEST(RainPackets, EverySchemeTakesEveryDropThatThePictureShows) {
+void expect_all_shown(const std::optional<DepthOfField>& lens) {
   for (const View& view : views) {
-    const Scene scene = scene_for(view);
+    Scene scene = scene_for(view);
+    scene.camera.depth_of_field = lens;
     const RainSpace space = make_rain_space(scene);
     std::vector<Drop> shown;
     for (const Drop& drop : drop_field(scene, space, 10, 1.3)) {
@@ -95,6 +100,14 @@ TEST(RainPackets, EverySchemeTakesEveryDropThatThePictureShows) {
       }
     }
   }
+}
+
+TEST(RainPackets, EverySchemeTakesEveryDropThatThePictureShows) {
+  expect_all_shown({});
+}
+
+TEST(RainPackets, AndEveryDropWhoseCircleReachesIntoIt) {
+  expect_all_shown(DepthOfField{.aperture_m = 0.5, .focus_m = 1.5});
 }
 
 TEST(RainPackets, TheHullTakesFewerThanTheRectangle) {

@@ -3,7 +3,7 @@
 // and from there all are made anew:
 //
 //   TEST_TMPDIR=DIR/ build/realtime_golden_test
-//   for name in fog glow shadows sky streaks_quads streaks_thin; do
+//   for name in fog glow lens shadows sky streaks_quads streaks_thin; do
 //     oiiotool --nosoftwareattrib DIR/pluvia_golden_$name.exr -d half -o tests/golden/$name.exr
 //   done
 //
@@ -78,6 +78,15 @@ TEST(Golden, ThinStreaks) {
   const Frame frame = renderer.render(0.5);
   expect_numbers(frame);
   expect_golden("streaks_thin", frame.rain, streak_bound);
+}
+
+TEST(Golden, StreaksOutOfFocus) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = shower();
+  scene.camera.depth_of_field = DepthOfField{.aperture_m = 0.1, .focus_m = 4};
+  const Frame frame = RainRenderer(scene, quarter_atlas()).render(0.5);
+  expect_numbers(frame);
+  expect_golden("lens", frame.rain, streak_bound);
 }
 
 TEST(Golden, StreaksUnderASky) {

@@ -205,6 +205,54 @@ TEST(Scene, ACameraPathPassesItsKeysSmoothlyAndRestsAtItsEnds) {
   EXPECT_EQ(camera_samples(Scene{}, 5).size(), 1u);
 }
 
+TEST(Scene, DepthOfFieldIsReadByApertureOrByFNumber) {
+  EXPECT_FALSE(read_scene(scratch_file("s.toml", camera)).camera.depth_of_field);
+  const auto lens_of = [](const std::string& keys) {
+    const std::string text = camera + "[depth_of_field]\n" + keys;
+    return read_scene(scratch_file("s.toml", text)).camera.depth_of_field.value();
+  };
+  EXPECT_EQ(lens_of("aperture_m = 0.03\nfocus_m = 4\n").aperture_m, 0.03);
+  EXPECT_EQ(lens_of("aperture_m = 0.03\nfocus_m = 4\n").focus_m, 4);
+  EXPECT_TRUE(std::isinf(lens_of("aperture_m = 0\n").focus_m));
+  // 24 mm at 90 degrees: a focal length of 12 mm.
+  EXPECT_NEAR(lens_of("f_number = 2\n").aperture_m, 6e-3, 1e-12);
+}
+
+TEST(Scene, TheFocusTurnsFromKeyToKey) {
+  const std::string first = key_at(1, "[0, 0, 1]", "[0, 5, 1]") + "focus_m = 2\n";
+  const std::string second = key_at(3, "[0, 1, 1]", "[0, 5, 1]") + "focus_m = 6\n";
+  const std::string third = key_at(4, "[0, 2, 1]", "[0, 5, 1]");
+  const std::string lens = "[depth_of_field]\naperture_m = 0.02\n";
+  const Scene scene =
+      read_scene(scratch_file("s.toml", path_camera(first + second + third + lens)));
+  const auto focus_m = [&](double t) { return camera_at(scene, t).depth_of_field->focus_m; };
+  EXPECT_EQ(focus_m(0), 2);
+  EXPECT_NEAR(focus_m(2), 3, 1e-12);    // 1/2 and 1/6 have the mean 1/3
+  EXPECT_NEAR(focus_m(3.5), 12, 1e-9);  // half-way to infinity
+  EXPECT_TRUE(std::isinf(focus_m(9)));
+  EXPECT_EQ(scene.camera.depth_of_field->focus_m, 2);
+  EXPECT_EQ(refusal_of(path_camera(first + second)),
+            "7:1: camera.key[0].focus_m without an aperture; expected a table [depth_of_field]");
+}
+
+TEST(Scene, MistakesInTheDepthOfFieldAreRefused) {
+  const auto refusal = [](const std::string& keys) {
+    return refusal_of(camera + "[depth_of_field]\n" + keys);
+  };
+  EXPECT_EQ(refusal("focus_m = 2\n"),
+            "10:1: depth_of_field has neither of f_number and aperture_m; expected one of them");
+  EXPECT_EQ(refusal("f_number = 2\naperture_m = 0.1\n"),
+            "9:1: depth_of_field has both f_number and aperture_m; expected one of them");
+  EXPECT_EQ(refusal("f_number = 0.1\n"),
+            "10:1: depth_of_field.f_number = 0.1; expected 0.5 <= f_number <= 128");
+  EXPECT_EQ(refusal("aperture_m = 2\n"),
+            "10:1: depth_of_field.aperture_m = 2; expected 0 <= aperture_m <= 1 m");
+  EXPECT_EQ(refusal("f_number = 2\nfocus_m = 0.01\n"),
+            "11:1: depth_of_field.focus_m = 0.01; expected 0.1 <= focus_m <= 1000000 m");
+  EXPECT_EQ(refusal("f_number = 2\nfocus = 3\n"),
+            "11:1: unknown key \"focus\" in [depth_of_field]; did you mean \"focus_m\"?");
+}
+
 TEST(Scene, ACameraNeverStandsInItsTarget) {
   // Position and target cross half-way.
   Scene scene;

@@ -134,6 +134,7 @@ TEST_F(Panel, IsDrawnForEveryScene) {
   storm.fog = Fog{.extinction_per_m = 0.01};
   storm.glow = Glow{};
   storm.splashes = Splashes{};
+  storm.camera.depth_of_field = DepthOfField{.aperture_m = 0.01};
   storm.lights.push_back({.name = "sun", .kind = LightKind::sun});
   storm.lights.back().illuminance_lux = {5, 5, 5};
   storm.rain.sizes.push_back({.r0_m = 5e-4, .drops_per_m3 = 1, .velocity_m_s = {1, 0, -4}});

@@ -81,9 +81,11 @@ TEST(CameraRecording, IsReadBackToTheBit) {
   camera.vertical_fov_deg = 51.7;
   camera.exposure_s = 1.0 / 60;
   camera.white_cd_m2 = 2.5e-7;
+  camera.depth_of_field = DepthOfField{.aperture_m = 0.0123, .focus_m = 2};
   std::vector<CameraKey> path;
   for (int i = 0; i < 40; ++i) {
     record_key(path, camera, 1.25 + i / 24.0, 0.5);
+    camera.depth_of_field->focus_m = 1 + i / 3.0;
     camera = fly(camera, {.move = {0.3, 1, 0.1}, .turn_rad = {0.05, -0.01}}, 1.0 / 24);
   }
   record_key(path, camera, 1e6 / 3, least_key_s);
@@ -96,9 +98,11 @@ TEST(CameraRecording, IsReadBackToTheBit) {
     EXPECT_EQ(scene.camera_path[i].time_s, path[i].time_s);
     EXPECT_EQ(scene.camera_path[i].position_m, path[i].position_m);
     EXPECT_EQ(scene.camera_path[i].target_m, path[i].target_m);
+    EXPECT_EQ(scene.camera_path[i].focus_m, path[i].focus_m);
   }
   EXPECT_EQ(scene.camera.vertical_fov_deg, camera.vertical_fov_deg);
   EXPECT_EQ(scene.camera.exposure_s, camera.exposure_s);
+  EXPECT_EQ(scene.camera.depth_of_field->aperture_m, 0.0123);
   EXPECT_EQ(scene.camera.white_cd_m2, camera.white_cd_m2);
   EXPECT_EQ(scene.camera.width_px, 200);
   EXPECT_EQ(scene.camera.height_px, 100);
@@ -199,6 +203,9 @@ std::vector<NamedEdit> all_edits(const SceneEdits& none) {
   add("field of view", [](SceneEdits& e) { e.vertical_fov_deg = 60; });
   add("rain", [](SceneEdits& e) { e.rain = false; });
   add("splashes", [](SceneEdits& e) { e.splashes = false; });
+  add("", [](SceneEdits& e) { e.focus_m = 9; });
+  add("depth of field", [](SceneEdits& e) { e.depth_of_field = false; });
+  add("depth of field", [](SceneEdits& e) { e.aperture_m = 0.05; });
   add("shadows", [](SceneEdits& e) { e.shadows = false; });
   add("fog", [](SceneEdits& e) { e.fog = false; });
   add("glow", [](SceneEdits& e) { e.glow = false; });
@@ -220,6 +227,7 @@ Scene full_scene() {
   scene.fog = Fog{.extinction_per_m = 0.02};
   scene.glow = Glow{};
   scene.splashes = Splashes{};
+  scene.camera.depth_of_field = DepthOfField{.aperture_m = 0.03, .focus_m = 4};
   return scene;
 }
 

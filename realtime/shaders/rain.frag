@@ -9,6 +9,9 @@
 // tap ever leaves its cell.
 #include "rain_picture.glsl"
 #include "rain_streaks.glsl"
+#if LENS
+#include "rain_lens.glsl"
+#endif
 
 layout(std430, binding = STREAKS) readonly buffer Streaks { Streak streaks[]; };
 layout(std430, binding = LIT_STREAKS) readonly buffer LitStreaks { LitStreak lit_streaks[]; };
@@ -88,7 +91,15 @@ struct Across {
   float centre;         // the pixel's centre, in columns
   float px_per_column;
   vec2 normal;          // a >= b >= 0
+#if LENS
+  vec2 bar;             // of rain_defocus.glsl: its sides, in pixels beside; the disc's radius
+  float radius_px;      // there, 0 for a sharp streak; pieces of a column
+  int pieces;
+#endif
 };
+#if LENS
+float bar_share(Across across, float low, float high);
+#endif
 
 float strip_area(Across across, vec2 strip) {
   vec2 d = (strip - across.centre) * across.px_per_column;
@@ -102,6 +113,9 @@ float lit_area(Across across, vec2 strip, float centre, float half_width) {
   half_width = max(half_width, 1e-3);
   float width = strip.y - strip.x;
   vec2 narrowed = strip.x + width * vec2(centre - half_width, centre + half_width);
+#if LENS
+  if (across.radius_px > 0.0) return bar_share(across, narrowed.x, narrowed.y);
+#endif
   return strip_area(across, narrowed) / (2.0 * half_width);
 }
 
@@ -165,9 +179,13 @@ vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, v
 
 vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float reach) {
   vec2 normal = abs(streak.row_px) / length(streak.row_px);
-  Across across = Across(pixel_place.x,
-                         abs(cross2(streak.column_px, streak.row_px)) / length(streak.row_px),
-                         vec2(max(normal.x, normal.y), min(normal.x, normal.y)));
+  Across across;
+  across.centre = pixel_place.x;
+  across.px_per_column = abs(cross2(streak.column_px, streak.row_px)) / length(streak.row_px);
+  across.normal = vec2(max(normal.x, normal.y), min(normal.x, normal.y));
+#if LENS
+  across.radius_px = 0.0;
+#endif
   if (!(strip_area(across, strip) > 0.0)) return vec4(0);
   // The centre of that part of the strip which meets the pixel: its line crosses the pixel.
   float centre = 0.5 * (max(strip.x - pixel_place.x, -reach) + min(strip.y - pixel_place.x, reach));
@@ -181,6 +199,10 @@ vec4 strip_value(Streak streak, vec2 pixel_place, vec2 strip, int column, float 
   return per_row * sum;
 }
 
+#if LENS
+#include "rain_defocus.glsl"
+#endif
+
 void main() {
   Streak streak = streaks[streak_index];
   vec2 offset = gl_FragCoord.xy - streak.origin_px;
@@ -190,6 +212,12 @@ void main() {
   // Half the pixel's extent in columns.
   float reach = 0.5 * (abs(streak.row_px.x) + abs(streak.row_px.y)) / abs(determinant);
   float texel = exp2(float(level_of(streak)));
+#if LENS
+  float circle = circle_px(streak.depth_m);
+  bool sharp = circle <= least_circle_px;
+  Defocus lens = defocus_of(streak, circle, texel);
+  if (!sharp) reach = (lens.radius_px + 0.5) / abs(lens.px_per_column);
+#endif
   int last_column = int(cell.y / texel + 0.5) - 1;
   int first = max(int(floor((pixel_place.x - reach) / texel)), 0);
   int last = min(int(floor((pixel_place.x + reach) / texel)), last_column);
@@ -199,6 +227,12 @@ void main() {
 #endif
   for (int column = first; column <= last; ++column) {
     vec2 strip = texel * vec2(column, column + 1);
+#if LENS
+    if (!sharp) {
+      sum += defocused_strip(streak, lens, pixel_place, strip, column);
+      continue;
+    }
+#endif
     sum += strip_value(streak, pixel_place, strip, column, reach);
   }
 #if SKY_CELLS > 1

@@ -15,8 +15,12 @@ void main() {
   vec2 column = streak.column_px, row = streak.row_px;
   // A touched pixel's centre is within half a diagonal (0.7071 px); the rasteriser snaps corners to
   // 1/256 px or finer.
-  float margin_px = 0.72 / abs(column.x * row.y - column.y * row.x);
-  vec2 margin = margin_px * vec2(length(row), length(column));
+  float margin_px = 0.72;
+#if LENS
+  margin_px += circle_reach_px(streak.depth_m);
+#endif
+  vec2 margin = margin_px / abs(column.x * row.y - column.y * row.x) *
+                vec2(length(row), length(column));
   float end = end_row(streak.path_rows, streak.clip_row);
   vec2 corner = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1);
   vec2 place = mix(-margin, vec2(cell.y, end) + margin, corner);

@@ -19,9 +19,9 @@ void keep_lit(uint place, vec3 light, uint cell) {
   lit_streaks[place] = LitStreak(light.r, light.g, light.b, cell);
 }
 
-int choose_level(vec2 column_px, vec2 row_px) {
+int choose_level(vec2 column_px, vec2 row_px, float widest_px) {
   float width_px = abs(column_px.x * row_px.y - column_px.y * row_px.x) / length(row_px);
-  float level = floor(log2(cell.z / width_px));
+  float level = floor(log2(widest_px / width_px));
   return int(clamp(level, float(sizes.y), float(sizes.z)));
 }
 
@@ -34,7 +34,11 @@ void write_streak(uint place, Drop drop, Placement placed) {
   streak.clip_row = placed.clip_row;
   streak.depth_m = placed.depth_m;
   streak.view_elevation_deg = view_elevation_deg(placed);
-  streak.level_layer = drop.layer << 8 | choose_level(placed.column_px, placed.row_px);
+  float widest_px = cell.z;
+#if LENS
+  widest_px = max(widest_px, widest_defocused * circle_px(placed.depth_m));
+#endif
+  streak.level_layer = drop.layer << 8 | choose_level(placed.column_px, placed.row_px, widest_px);
   streak.counts_for = drop.counts_for;
   float transmitted = exp(-air.x * length(placed.middle_m));
   streak_views(drop, streak.view_elevation_deg, streak.view, streak.view_weight);

@@ -1,6 +1,9 @@
 // Where a drop's streak lies in the picture: the formulas of raytrace/streak_placement.h, in float.
 #include "lights.glsl"
 #include "rain_drops.glsl"
+#if LENS
+#include "rain_lens.glsl"
+#endif
 
 const float nearest_depth_m = 0.1;
 const float never = 1e30;  // a row or a time that is not reached
@@ -107,14 +110,21 @@ float end_row(float path_rows, float clip_row) {
 bool in_picture(Placement placed) {
   vec2 across_px = cell.y * placed.column_px;
   vec2 along_px = end_row(placed.path_rows, placed.clip_row) * placed.row_px;
-  vec2 low = placed.origin_px + min(across_px, vec2(0)) + min(along_px, vec2(0)) - 1.0;
-  vec2 high = placed.origin_px + max(across_px, vec2(0)) + max(along_px, vec2(0)) + 1.0;
+  float margin_px = 1.0;
+#if LENS
+  margin_px += circle_reach_px(placed.depth_m);
+#endif
+  vec2 low = placed.origin_px + min(across_px, vec2(0)) + min(along_px, vec2(0)) - margin_px;
+  vec2 high = placed.origin_px + max(across_px, vec2(0)) + max(along_px, vec2(0)) + margin_px;
   return all(greaterThan(high, vec2(0))) &&
          all(lessThan(low, vec2(camera_up.w, camera_forward.w)));
 }
 
 // Whether rain_splat.comp draws it. Without that pass no streak is thin: splat is 0 then.
 bool is_thin(Placement placed) {
+#if LENS
+  if (circle_px(placed.depth_m) > widest_walked_circle_px) return false;
+#endif
   float row_px = length(placed.row_px);
   float twist = placed.column_px.x * placed.row_px.y - placed.column_px.y * placed.row_px.x;
   float width_px = abs(twist) / row_px * cell.y;

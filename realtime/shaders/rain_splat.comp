@@ -11,6 +11,9 @@
 // lay into one pixel hides itself there like two streaks: up to 0.9 % too little optical depth, and
 // 0.4 % too little light, at the shortest exposures; 0.1 % at 1/60 s.
 //
+// A streak a little out of focus (rain_lens.glsl) is widened by its circle's variance; its ends are
+// not.
+//
 // Sums are integers, so that they come out the same in any order: values are counted in quanta and
 // rounded up or down by chance (a hash of drop and pixel), in the mean to what they are. Very
 // bright streaks are left to quads; where a value or a sum is beyond 2^30 quanta all the same,
@@ -125,6 +128,12 @@ Before before_row(ThinStreak streak, float row) {
   return sum;
 }
 
+#if LENS
+// Of a circle, beside the line: its variance, a quarter of its radius squared, along the slanted
+// line onto the axis beside.
+float lens_variance_px2;
+#endif
+
 // A stretch of pixels across the line, evenly covered.
 struct Box {
   float centre, half_length;
@@ -139,6 +148,9 @@ Box box_of(float line, float middle, float slant_px, vec3 flux, float px_per_cel
   }
   // Variances add up: an even box of half length h has h^2 / 3.
   float length_squared = 0.25 * slant_px * slant_px + 3.0 * variance * px_per_cell * px_per_cell;
+#if LENS
+  length_squared += 3.0 * lens_variance_px2;
+#endif
   return Box(line + (place - middle) * px_per_cell, max(sqrt(length_squared), 1e-4));
 }
 
@@ -224,6 +236,9 @@ void lay_down(Line line, float from, float to, Before before, Before after) {
   float high = max(lit.centre + lit.half_length, covered.centre + covered.half_length);
   // No streak is wider: only a bound of the loop.
   float reach_px = abs(line.px_per_cell) + 1.0;
+#if LENS
+  reach_px += sqrt(3.0 * lens_variance_px2);
+#endif
   int last = int(floor(min(high, at + reach_px)));
   ivec2 px;
   px[line.along] = int(floor(line.start[line.along] + middle * line.row[line.along]));
@@ -297,6 +312,12 @@ void splat_streak(Drop drop, Placement placed, uint place) {
     if (begin == 0) keep_sky(drop, placed, transmitted);
     streak.covers = begin == 0;
     bool joined = abs(line_of(placed, whole).px_per_cell) <= joined_px;
+#if LENS
+    Line middle = line_of(placed, whole);
+    float slant = middle.row[middle.beside] / middle.row[middle.along];
+    float circle = circle_px(depth_m);
+    lens_variance_px2 = 0.25 * circle * circle * (1.0 + slant * slant);
+#endif
     for (int part = joined ? whole : left_half; part <= (joined ? whole : right_half); ++part) {
       streak.part = part;
       walk(streak, line_of(placed, part));

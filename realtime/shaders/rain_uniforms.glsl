@@ -15,7 +15,8 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   ivec4 counts;      // oscillation sets, lights of the scene, lights of the atlas, views
   ivec4 sizes;       // groups of drops, finest level, coarsest level, streaks drawn
   vec4 splat;        // thin streaks: widest cell and longest path in px; quanta of 1 cd/m^2, of 1
-  vec4 splat_most;     // illuminance in lux of the brightest streak
+  vec4 splat_most;     // illuminance in lux of the brightest streak; of the lens (rain_lens.glsl)
+                       // f A / 2 in px m, 1 / s in 1/m
   ivec4 splat_levels;  // their profiles: the finest level's, how many
   ivec4 density;     // texels of the density map across and down; 0 for none
 };

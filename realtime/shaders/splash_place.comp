@@ -131,12 +131,19 @@ bool stroke_of(Path path, Hit hit, float radius_m, float merged, out Stroke stro
   stroke.centre_px = 0.5 * (a_px + b_px);
   // A disc's variance is a quarter of its squared radius, a rectangle's a twelfth of its squared
   // side.
-  stroke.half_axis_px =
-      0.5 * sqrt(length_px * length_px + 3.0 * radius_px * radius_px) * along;
-  stroke.half_width_px = max(0.5 * sqrt(3.0) * radius_px, 5e-4);
+  float disc_px2 = radius_px * radius_px;
+  float before_m = 0.01;  // the surface below does not hide what leaves it
+#if LENS
+  float circle = circle_px(0.5 * (a.z + b.z));
+  disc_px2 += circle * circle;
+  // Nor where the circle lies over nearer parts of it.
+  float facing = max(-dot(in_camera(hit.normal), normalize(a + b)), 0.05);
+  before_m += circle * 0.5 * (a.z + b.z) / (camera_right.w * facing);
+#endif
+  stroke.half_axis_px = 0.5 * sqrt(length_px * length_px + 3.0 * disc_px2) * along;
+  stroke.half_width_px = max(0.5 * sqrt(3.0 * disc_px2), 5e-4);
   stroke.area_px = pi * radius_px * radius_px * merged * path.share;
-  // The surface below does not hide what leaves it.
-  stroke.inverse_depth = NEAR_M / max(min(a.z, b.z) - radius_m - 0.01, NEAR_M);
+  stroke.inverse_depth = NEAR_M / max(min(a.z, b.z) - radius_m - before_m, NEAR_M);
   stroke.weight = mean_field_weight(0.5 * (a.z + b.z));
   vec2 reach = abs(stroke.half_axis_px) + stroke.half_width_px + 1.0;
   return all(greaterThan(stroke.centre_px + reach, vec2(0))) &&

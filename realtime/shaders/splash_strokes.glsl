@@ -1,6 +1,6 @@
 // What the splashes' placing shader hands to the drawing ones; mirrors StrokeRecord of
 // realtime/stroke_record.h. A droplet that moves while the shutter is open is a rectangle with the
-// mean and the variance of the disc's path, along and across.
+// mean and the variance of the disc's path, along and across; out of focus, with the circle's too.
 struct Stroke {
   vec2 centre_px, half_axis_px;  // of the rectangle; from its centre to its end
   float half_width_px;

@@ -1,8 +1,11 @@
 #include "realtime/viewer/camera_recording.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "raytrace/depth_of_field.h"
 
 namespace pluvia {
 namespace {
@@ -15,7 +18,9 @@ std::string toml(const Eigen::Vector3d& v) {
 
 void record_key(std::vector<CameraKey>& path, const Camera& camera, double time_s, double every_s) {
   if (!path.empty() && time_s < path.back().time_s + every_s) return;
-  path.push_back({time_s, camera.position_m, camera.target_m});
+  CameraKey key = {time_s, camera.position_m, camera.target_m};
+  if (camera.depth_of_field) key.focus_m = camera.depth_of_field->focus_m;
+  path.push_back(key);
 }
 
 std::string camera_path_toml(const Camera& camera, const std::vector<CameraKey>& path) {
@@ -27,9 +32,15 @@ std::string camera_path_toml(const Camera& camera, const std::vector<CameraKey>&
       "white_cd_m2 = {}\n",
       camera.vertical_fov_deg, camera.width_px, camera.height_px, camera.exposure_s,
       camera.white_cd_m2);
-  for (const CameraKey& key : path)
+  for (const CameraKey& key : path) {
     text += fmt::format("\n[[camera.key]]\ntime_s = {}\nposition_m = {}\ntarget_m = {}\n",
                         key.time_s, toml(key.position_m), toml(key.target_m));
+    // TOML readers refuse infinity here; as far as a scene file may say is as good.
+    if (camera.depth_of_field)
+      text += fmt::format("focus_m = {}\n", std::min(key.focus_m, farthest_focus_m));
+  }
+  if (const auto& lens = camera.depth_of_field)
+    text += fmt::format("\n[depth_of_field]\naperture_m = {}\n", lens->aperture_m);
   return text;
 }
 

@@ -13,8 +13,9 @@ namespace pluvia {
 // it. every_s >= least_key_s.
 void record_key(std::vector<CameraKey>& path, const Camera& camera, double time_s, double every_s);
 
-// [camera] with everything but places, then its keys: what replaces [camera] in a scene file. Times
-// are those of the rain: a frame rendered at a key's time shows what was seen. Throws
+// [camera] with everything but places, then its keys, and [depth_of_field] where the camera has it:
+// what replaces [camera] and [depth_of_field] in a scene file; a focus at infinity is 1,000 km.
+// Times are those of the rain: a frame rendered at a key's time shows what was seen. Throws
 // std::runtime_error for fewer than two keys.
 std::string camera_path_toml(const Camera& camera, const std::vector<CameraKey>& path);
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include "raytrace/depth_of_field.h"
 #include "realtime/viewer/packet_overlay.h"
 
 namespace pluvia {
@@ -91,6 +92,14 @@ void effect_controls(Viewer& viewer) {
   ImGui::BeginDisabled(!any_shadow);
   ImGui::Checkbox("shadows", &edits.shadows);
   ImGui::EndDisabled();
+  ImGui::BeginDisabled(!any_drop || !edits.rain);
+  ImGui::Checkbox("depth of field", &edits.depth_of_field);
+  ImGui::EndDisabled();
+  if (edits.depth_of_field) {
+    double aperture_mm = 1e3 * edits.aperture_m;
+    if (slider("aperture [mm]", aperture_mm, 0, 100, "%.1f")) edits.aperture_m = 1e-3 * aperture_mm;
+    slider("focus [m]", edits.focus_m, nearest_focus_m, 1000, "%.2f", true);
+  }
   if (edits.fog) slider("mist [1/m]", edits.air.extinction_per_m, 0, 0.2, "%.4f", true);
 }
 

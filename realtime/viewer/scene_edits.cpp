@@ -53,8 +53,11 @@ double rate_mm_h(const Rain& rain) {
 }
 
 SceneEdits edits_of(const Scene& scene, const RenderOptions& options) {
+  const DepthOfField lens = scene.camera.depth_of_field.value_or(
+      DepthOfField{.aperture_m = SceneEdits().aperture_m, .focus_m = SceneEdits().focus_m});
   return {.white_cd_m2 = scene.camera.white_cd_m2,
           .lights = scene.lights,
+          .focus_m = lens.focus_m,
           .rate_mm_h = rate_mm_h(scene.rain),
           .wind_m_s = scene.rain.wind_m_s,
           .exposure_s = scene.camera.exposure_s,
@@ -63,6 +66,8 @@ SceneEdits edits_of(const Scene& scene, const RenderOptions& options) {
           .glow = scene.glow.has_value(),
           .air = scene.fog.value_or(Fog()),
           .splashes = scene.splashes.has_value(),
+          .depth_of_field = scene.camera.depth_of_field.has_value(),
+          .aperture_m = lens.aperture_m,
           .options = options};
 }
 
@@ -72,11 +77,17 @@ std::vector<Light> edited_lights(const SceneEdits& edits) {
   return lights;
 }
 
+std::optional<DepthOfField> edited_lens(const SceneEdits& edits) {
+  if (!edits.depth_of_field) return {};
+  return DepthOfField{.aperture_m = edits.aperture_m, .focus_m = edits.focus_m};
+}
+
 Scene edited_scene(const Scene& scene, const SceneEdits& edits) {
   Scene edited = scene;
   edited.camera.white_cd_m2 = edits.white_cd_m2;
   edited.camera.exposure_s = edits.exposure_s;
   edited.camera.vertical_fov_deg = edits.vertical_fov_deg;
+  edited.camera.depth_of_field = edited_lens(edits);
   edited.lights = edited_lights(edits);
   edit_rain(edits, edited.rain);
   if (!edits.rain) {
@@ -98,6 +109,9 @@ std::string needs_remake(const SceneEdits& made, const SceneEdits& now) {
   if (now.rain && made.wind_m_s != now.wind_m_s) return "wind";
   if (now.rain && made.splashes != now.splashes) return "splashes";
   if (made.exposure_s != now.exposure_s) return "exposure";
+  if (made.depth_of_field != now.depth_of_field ||
+      (now.depth_of_field && made.aperture_m != now.aperture_m))
+    return "depth of field";
   if (made.vertical_fov_deg != now.vertical_fov_deg) return "field of view";
   if (made.shadows != now.shadows) return "shadows";
   if (now.shadows && shadows_move(made.lights, now.lights)) return "a light with a shadow";

@@ -1,6 +1,7 @@
 // What a viewer changes about a scene, and what of it needs the renderer to be made anew.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ struct SceneEdits {
   // Without making anew:
   double white_cd_m2 = 1;  // the radiance shown as white; not far below what it was
   std::vector<Light> lights =
-      {};  // in the scene's order; moved or brighter, unless they cast shadows
+      {};              // in the scene's order; moved or brighter, unless they cast shadows
+  double focus_m = 3;  // with depth of field
   // Made anew for:
   double rate_mm_h = 0;                  // through a level plane
   Eigen::Vector3d wind_m_s = {0, 0, 0};  // carries every drop of the rain along
@@ -27,6 +29,8 @@ struct SceneEdits {
   bool glow = false;      // only with fog
   Fog air = {};           // where fog is on
   bool splashes = false;  // only with rain
+  bool depth_of_field = false;
+  double aperture_m = 0.02;  // with it
   RenderOptions options = {};
   int pixel_px = 1;  // of the window, along a side of the picture's pixel
 };
@@ -42,8 +46,9 @@ SceneEdits edits_of(const Scene& scene, const RenderOptions& options);
 // itself. Throws std::runtime_error for drops that would not fall, as read_scene does.
 Scene edited_scene(const Scene& scene, const SceneEdits& edits);
 
-// Its lights alone.
+// Its lights alone, and its lens: nothing for a pinhole.
 std::vector<Light> edited_lights(const SceneEdits& edits);
+std::optional<DepthOfField> edited_lens(const SceneEdits& edits);
 
 // Which edit needs the renderer to be made anew: its name; empty for none. White does where it
 // falls below an eighth: light is added up in quanta of the white that a renderer was made for

@@ -64,6 +64,8 @@ Camera edited_camera(const Viewer& viewer) {
   camera.exposure_s = viewer.made.exposure_s;
   camera.vertical_fov_deg = viewer.made.vertical_fov_deg;
   camera.white_cd_m2 = viewer.edits.white_cd_m2;
+  camera.depth_of_field = edited_lens(viewer.made);
+  if (camera.depth_of_field) camera.depth_of_field->focus_m = viewer.edits.focus_m;
   return camera;
 }
 
@@ -84,6 +86,7 @@ Viewer make_viewer(std::shared_ptr<GlContext> context, const Scene& scene, const
   viewer.out_folder = out_folder;
   viewer.edits = edits_of(scene, options);
   viewer.camera = camera_at(scene, time_s);
+  if (viewer.camera.depth_of_field) viewer.edits.focus_m = viewer.camera.depth_of_field->focus_m;
   viewer.time_s = time_s;
   viewer.path = scene.camera_path;
   viewer.replaying = !viewer.path.empty();
@@ -118,6 +121,7 @@ void advance(Viewer& viewer, const FlyInput& input, double dt_s, double time_s) 
     const Camera along = camera_at({.camera = viewer.camera, .camera_path = viewer.path}, time_s);
     viewer.camera.position_m = along.position_m;
     viewer.camera.target_m = along.target_m;
+    if (along.depth_of_field) viewer.edits.focus_m = along.depth_of_field->focus_m;
     viewer.replaying = time_s < viewer.path.back().time_s;
   } else {
     viewer.camera = fly(viewer.camera, input, std::min(dt_s, longest_step_s));
