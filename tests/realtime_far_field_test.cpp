@@ -7,6 +7,7 @@
 #include "realtime/rain_renderer.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
+#include "validate/metrics.h"
 
 namespace pluvia {
 namespace {
@@ -113,15 +114,6 @@ double sum(const Image& image) {
   double sum = 0;
   for (const float value : image.values) sum += static_cast<double>(value);
   return sum;
-}
-
-double relative_rmse(const Image& a, const Image& b) {
-  double square = 0, all = 0;
-  for (std::size_t i = 0; i < b.values.size(); ++i) {
-    square += std::pow(static_cast<double>(a.values[i]) - static_cast<double>(b.values[i]), 2);
-    all += std::pow(static_cast<double>(b.values[i]), 2);
-  }
-  return std::sqrt(square / all);
 }
 
 TEST(FarField, LightAndOpticalDepthStayInTheMean) {

@@ -16,6 +16,7 @@
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 #include "validate/frame_composite.h"
+#include "validate/metrics.h"
 
 namespace pluvia {
 namespace {
@@ -175,15 +176,6 @@ Image lens_truth(const Scene& scene, const StreakAtlas& atlas, int points) {
   for (std::size_t i = 0; i < sum.size(); ++i)
     mean.values[i] = static_cast<float>(sum[i] / static_cast<double>(samples.size()));
   return mean;
-}
-
-double relative_rmse(const Image& found, const Image& expected) {
-  double off = 0, all = 0;
-  for (std::size_t i = 0; i < found.values.size(); ++i) {
-    off += std::pow(static_cast<double>(found.values[i] - expected.values[i]), 2);
-    all += std::pow(static_cast<double>(expected.values[i]), 2);
-  }
-  return std::sqrt(off / all);
 }
 
 // The exact composite at fine_px times the resolution, spread over a disc, row by row of it, and

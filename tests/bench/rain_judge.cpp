@@ -20,6 +20,7 @@
 #include "tests/synthetic_atlas.h"
 #include "validate/flip.h"
 #include "validate/frame_composite.h"
+#include "validate/metrics.h"
 
 namespace pluvia {
 namespace {
@@ -61,15 +62,6 @@ double mean_flip(const Image& truth, const Image& color, double white_cd_m2) {
     return image;
   };
   return ldr_flip(shown(truth), shown(color)).mean;
-}
-
-double relative_rmse(const Image& rain, const Image& truth) {
-  double square = 0, all = 0;
-  for (std::size_t i = 0; i < truth.values.size(); ++i) {
-    square += std::pow(static_cast<double>(rain.values[i] - truth.values[i]), 2);
-    all += std::pow(static_cast<double>(truth.values[i]), 2);
-  }
-  return std::sqrt(square / all);
 }
 
 struct Path {
