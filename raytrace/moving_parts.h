@@ -8,8 +8,9 @@
 //   - The rain does not remember: a drop is drawn unless a surface is above it now. A drop that a
 //     part has caught is back once the part has moved on, below the height H that the part has
 //     there, for as long as the drop would still have fallen: at most H / fall speed (0.17 s behind
-//     a car of 1.45 m in drops of 8.5 m/s), and so long its splash on the ground, whose duration
-//     comes on top.
+//     a car of 1.45 m in drops of 8.5 m/s), and its splash on the ground begins as if in
+//     mid-life. Before a part that comes, drops below H end at once: right for a solid body, too
+//     early below an open roof.
 //   - A splash on a part stays where its drop falls in the world and does not ride along.
 #pragma once
 

@@ -42,7 +42,7 @@ TEST(Moving, AFrameIsThatOfSurfacesThatStandThereBitForBit) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = everything();
   Mesh fast = roof_of(2, 1, 3);
-  add_moving_part(scene, fast, {{1, {-20, 6, 0}}, {1.05, {20, 6, 0}}});
+  add_moving_part(scene, fast, {{1, {-20, 6, 0}}, {1.05, {20, 6, 0}, 100}});
   RainRenderer renderer(scene, quarter_atlas());
   // Before the first key, in the picture, the same again, fast, gone, back.
   for (const double time_s : {0.0, 1.0, 1.0, 1.02, 2.4, 7.0, 0.9}) {
