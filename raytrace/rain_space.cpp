@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/local_size.h"
+#include "raytrace/scene_tops.h"
 
 namespace pluvia {
 namespace {
@@ -17,9 +18,7 @@ constexpr double pi = std::numbers::pi;
 constexpr double longest_time_s = 1e7;
 constexpr double drops_per_cell = 128;  // a shader's group holds 256: 11 standard deviations more
 constexpr double most_drops_per_cell = 500;
-constexpr double finest_cell_m = 1e-3;   // their numbers stay integers up to 1e6 m from the origin
-constexpr double finest_texel_m = 0.05;  // of the top heights
-constexpr double most_texels = 1 << 22;
+constexpr double finest_cell_m = 1e-3;  // their numbers stay integers up to 1e6 m from the origin
 
 // Poisson's distribution function, up to where 2^-33 is left.
 std::vector<double> poisson(double mean) {
@@ -49,40 +48,11 @@ void set_density(const DensityMap& map, RainSizeSpace& size) {
   size.density_axes.col(1) = through(0, 1) - size.density_origin;
 }
 
-// The mesh in the frame's plane, as far as drops are.
-PlaneRect top_rect(const Scene& scene, const FallFrame& frame) {
-  if (scene.mesh.positions_m.empty()) return {};
-  PlaneRect rect = {1e300, 1e300, -1e300, -1e300};
-  for (const Eigen::Vector3f& p : scene.mesh.positions_m) {
-    const double x = p.cast<double>().dot(frame.x), y = p.cast<double>().dot(frame.y);
-    rect.min_x_m = std::min(rect.min_x_m, x), rect.max_x_m = std::max(rect.max_x_m, x);
-    rect.min_y_m = std::min(rect.min_y_m, y), rect.max_y_m = std::max(rect.max_y_m, y);
-  }
-  if (!scene.drops.empty()) return rect;  // a single drop falls anywhere
-  const Extent x = box_along(scene.rain, frame.x), y = box_along(scene.rain, frame.y);
-  rect.min_x_m = std::max(rect.min_x_m, x.low_m), rect.max_x_m = std::min(rect.max_x_m, x.high_m);
-  rect.min_y_m = std::max(rect.min_y_m, y.low_m), rect.max_y_m = std::min(rect.max_y_m, y.high_m);
-  return rect;
-}
-
-// All directions of fall share one budget of texels.
-double texels_for_each(const Scene& scene) {
-  std::vector<Eigen::Vector3d> velocities;
-  for (const RainSize& size : scene.rain.sizes) velocities.push_back(size.velocity_m_s);
-  for (const SingleDrop& drop : scene.drops) velocities.push_back(drop.velocity_m_s);
-  return most_texels / static_cast<double>(distinct_falls(velocities).size());
-}
-
 int top_for(const Scene& scene, const FallFrame& frame, RainSpace& space) {
   for (const RainSizeSpace& other : space.sizes) {
     if (same_fall(other.frame, frame)) return other.top;
   }
-  const PlaneRect rect = top_rect(scene, frame);
-  const double width = std::max(0.0, rect.max_x_m - rect.min_x_m);
-  const double height = std::max(0.0, rect.max_y_m - rect.min_y_m);
-  const double texel_m =
-      std::max(finest_texel_m, std::sqrt(width * height / texels_for_each(scene)));
-  space.tops.push_back(top_height(scene.mesh, frame, rect, texel_m));
+  space.tops.push_back(scene_top(scene, frame));
   return static_cast<int>(space.tops.size()) - 1;
 }
 

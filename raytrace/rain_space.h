@@ -33,6 +33,7 @@
 //                  density (raytrace/density_map.h) of the place where it fell through its map
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -58,6 +59,12 @@ struct Extent {
   double low_m = 0, high_m = 0;
 };
 
+constexpr Extent no_extent = {1e300, -1e300};
+
+inline Extent joined(const Extent& a, const Extent& b) {
+  return {std::min(a.low_m, b.low_m), std::max(a.high_m, b.high_m)};
+}
+
 struct RainSizeSpace {
   RainSize drops = {};
   FallFrame frame = {};
@@ -74,7 +81,7 @@ struct RainSizeSpace {
 struct RainSpace {
   std::vector<RainSizeSpace> sizes = {};  // the rain's, then those that single drops add
   std::vector<int> single_sizes = {};     // the size of each single drop
-  std::vector<TopHeight> tops = {};       // one for each direction of fall
+  std::vector<TopHeight> tops = {};  // one for each direction of fall, of the surfaces as posed
   double culling_radius_m = 0;
   double local_height_m = 0;
   double lost_share = 0;      // bound of what of the visible rain lies outside, as estimated below

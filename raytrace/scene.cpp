@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include "oscillation/size_distribution.h"
 #include "raytrace/depth_of_field.h"
 #include "raytrace/gltf_mesh.h"
+#include "raytrace/moving_parts.h"
 #include "raytrace/toml_reader.h"
 
 namespace pluvia {
@@ -49,6 +49,15 @@ DepthOfField read_depth_of_field(TomlReader reader, double vertical_fov_deg) {
   return lens;
 }
 
+template <class Key>
+void add_key(const TomlReader& table, const std::string& name, const Key& key,
+             std::vector<Key>& path) {
+  if (!path.empty() && !(key.time_s >= path.back().time_s + least_key_s))
+    table.refuse("time_s", fmt::format("{}.time_s = {}; expected {} s or more after the one before",
+                                       name, key.time_s, least_key_s));
+  path.push_back(key);
+}
+
 std::vector<CameraKey> read_camera_path(TomlReader& reader,
                                         const std::optional<DepthOfField>& lens) {
   std::vector<CameraKey> path;
@@ -67,11 +76,7 @@ std::vector<CameraKey> read_camera_path(TomlReader& reader,
     table.finish();
     const std::string name = fmt::format("camera.key[{}]", path.size());
     refuse_target_at_position(table, name, key.position_m, key.target_m);
-    if (!path.empty() && !(key.time_s >= path.back().time_s + least_key_s))
-      table.refuse("time_s",
-                   fmt::format("{}.time_s = {}; expected {} s or more after the one before", name,
-                               key.time_s, least_key_s));
-    path.push_back(key);
+    add_key(table, name, key, path);
   }
   if (path.size() == 1)
     reader.refuse("key", "camera has 1 key; expected 2 or more, or position_m and target_m");
@@ -296,6 +301,35 @@ Fog read_fog(TomlReader reader) {
   return fog;
 }
 
+struct MovingShape {
+  Mesh mesh = {};
+  std::vector<MovingKey> path = {};
+};
+
+MovingShape read_moving(TomlReader reader, std::size_t number) {
+  MovingShape moving;
+  std::string file;
+  reader.required("file", file);
+  for (TomlReader& table : reader.tables("key")) {
+    MovingKey key;
+    table.required("time_s", key.time_s, {0, 1e7}, "s");
+    table.required("position_m", key.position_m, place_m);
+    table.optional("heading_deg", key.heading_deg, {-1e5, 1e5}, "deg");
+    table.finish();
+    add_key(table, fmt::format("moving[{}].key[{}]", number, moving.path.size()), key, moving.path);
+  }
+  if (moving.path.size() < 2)
+    reader.refuse("key", fmt::format("moving[{}] has {} [[moving.key]]; expected 2 or more", number,
+                                     moving.path.size()));
+  reader.finish();
+  moving.mesh = read_gltf_mesh(absolute_beside(reader.file(), file));
+  if (moving.mesh.indices.empty())
+    reader.refuse("file", fmt::format("moving[{}].file = \"{}\" has no triangle with an area; "
+                                      "expected one or more",
+                                      number, file));
+  return moving;
+}
+
 SingleDrop read_drop(TomlReader reader) {
   SingleDrop drop;
   reader.required("centre_m", drop.centre_m, place_m);
@@ -312,68 +346,6 @@ SingleDrop read_drop(TomlReader reader) {
 }
 
 }  // namespace
-
-CameraFrame camera_frame(const Camera& camera) {
-  const Eigen::Vector3d forward = (camera.target_m - camera.position_m).normalized();
-  const bool vertical = std::hypot(forward.x(), forward.y()) < 1e-6;
-  const Eigen::Vector3d hint =
-      vertical ? Eigen::Vector3d(0, forward.z() < 0 ? 1 : -1, 0) : Eigen::Vector3d(0, 0, 1);
-  CameraFrame frame;
-  frame.forward = forward;
-  frame.right = forward.cross(hint).normalized();
-  frame.up = frame.right.cross(forward);
-  const double half_fov = camera.vertical_fov_deg * std::numbers::pi / 360;
-  frame.focal_px = camera.height_px / (2 * std::tan(half_fov));
-  return frame;
-}
-
-Camera camera_at(const Scene& scene, double time_s) {
-  Camera camera = scene.camera;
-  const std::vector<CameraKey>& keys = scene.camera_path;
-  if (keys.empty()) return camera;
-  const auto after =
-      std::upper_bound(keys.begin(), keys.end(), time_s,
-                       [](double time, const CameraKey& key) { return time < key.time_s; });
-  const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - keys.begin() - 1, 0));
-  const bool between = after != keys.begin() && after != keys.end();
-  const auto value = [&](Eigen::Vector3d CameraKey::*member) -> Eigen::Vector3d {
-    if (!between) return keys[i].*member;
-    // The velocity at a key: from the one before to the one after; none at the ends.
-    const auto velocity = [&](std::size_t k) -> Eigen::Vector3d {
-      if (k == 0 || k + 1 == keys.size()) return {0, 0, 0};
-      return (keys[k + 1].*member - keys[k - 1].*member) /
-             (keys[k + 1].time_s - keys[k - 1].time_s);
-    };
-    const double span_s = keys[i + 1].time_s - keys[i].time_s;
-    const double u = (time_s - keys[i].time_s) / span_s;
-    const double h = u * u * (3 - 2 * u);
-    return (1 - h) * keys[i].*member + h * keys[i + 1].*member +
-           span_s * u * (1 - u) * ((1 - u) * velocity(i) - u * velocity(i + 1));
-  };
-  camera.position_m = value(&CameraKey::position_m);
-  camera.target_m = value(&CameraKey::target_m);
-  if (camera.depth_of_field) {
-    const CameraKey& next = between ? keys[i + 1] : keys[i];
-    const double u = between ? (time_s - keys[i].time_s) / (next.time_s - keys[i].time_s) : 0;
-    camera.depth_of_field->focus_m = 1 / ((1 - u) / keys[i].focus_m + u / next.focus_m);
-  }
-  const Eigen::Vector3d ahead = camera.target_m - camera.position_m;
-  if (ahead.norm() < 1e-3) {
-    const Eigen::Vector3d way = keys[i].target_m - keys[i].position_m;
-    camera.target_m = camera.position_m + 1e-3 * way.normalized();
-  }
-  return camera;
-}
-
-std::vector<Camera> camera_samples(const Scene& scene, int count) {
-  if (scene.camera_path.empty()) return {scene.camera};
-  const double first_s = scene.camera_path.front().time_s;
-  const double last_s = scene.camera_path.back().time_s;
-  std::vector<Camera> cameras;
-  for (int i = 0; i < count; ++i)
-    cameras.push_back(camera_at(scene, first_s + (last_s - first_s) * i / std::max(1, count - 1)));
-  return cameras;
-}
 
 Scene read_scene(const std::string& file) {
   const toml::table document = read_toml(file);
@@ -404,8 +376,12 @@ Scene read_scene(const std::string& file) {
     geometry.finish();
     scene.geometry_file = absolute_beside(file, scene.geometry_file);
   }
+  std::vector<MovingShape> moving;
+  for (TomlReader& part : reader.tables("moving"))
+    moving.push_back(read_moving(part, moving.size()));
   reader.finish();
   if (!scene.geometry_file.empty()) scene.mesh = read_gltf_mesh(scene.geometry_file);
+  for (const MovingShape& part : moving) add_moving_part(scene, part.mesh, part.path);
   return scene;
 }
 

@@ -4,6 +4,7 @@
 // lux.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -89,6 +90,19 @@ struct Mesh {  // triangles in world coordinates, counter-clockwise from outside
   std::vector<std::uint32_t> triangle_material = {};  // one per triangle
 };
 
+struct MovingKey {
+  double time_s = 0;
+  Eigen::Vector3d position_m = {0, 0, 0};  // of the part's own origin
+  double heading_deg = 0;  // counter-clockwise as seen from above; 0: as its file has it
+};
+
+struct MovingPart {                  // a rigid body (raytrace/moving_parts.h)
+  std::vector<MovingKey> path = {};  // ascending times
+  std::vector<Eigen::Vector3f> positions_m = {}, normals = {};  // about its own origin
+  std::size_t first_vertex = 0;  // of those of Scene::mesh that are its
+  std::size_t first_index = 0, index_count = 0;
+};
+
 struct RainSize {  // drops of one size, all with one velocity
   double r0_m = 1.6e-3;
   double drops_per_m3 = 0;
@@ -134,8 +148,9 @@ struct Scene {
   std::vector<CameraKey> camera_path = {};  // ascending times
   std::vector<Light> lights = {};
   EnvironmentLight environment = {};
-  std::string geometry_file = {};  // absolute after reading; empty: no surface
-  Mesh mesh = {};
+  std::string geometry_file = {};       // absolute after reading; empty: no surface
+  Mesh mesh = {};                       // what stands still, then the moving parts as posed
+  std::vector<MovingPart> moving = {};  // in the order of their vertices in the mesh
   Rain rain = {};
   std::vector<SingleDrop> drops = {};  // beside the rain's
   std::optional<Fog> fog = {};
@@ -155,6 +170,9 @@ struct Scene {
 //                  sun: direction r, illuminance_lux r
 //   [environment]  map and scale_cd_m2, or uniform_cd_m2
 //   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
+//   [[moving]]     file r: glTF as above, one triangle or more; two or more [[moving.key]]
+//                  time_s r, position_m r, heading_deg, times ascending: surfaces that move, posed
+//                  at time 0 after reading
 //   [rain]         one of drops_per_m3, drops_per_m2_s (through a level plane), rate_mm_h;
 //                  density_map (a grey picture over the box, which must then be given, north up);
 //                  box_min_m, box_max_m, culling_radius_m, local_height_m, lost_share, seed,
@@ -172,10 +190,9 @@ struct Scene {
 // FILE:LINE:COL for anything missing, unknown, out of range or not finite.
 Scene read_scene(const std::string& file);
 
-// scene.camera as its path has it at a time: cubic between the keys (Hermite with Catmull and Rom's
-// tangents for uneven times), so that it passes each key without a jump of velocity; at rest before
-// the first key and after the last. Target and position never come closer than 1 mm: the target is
-// pushed ahead where they would. The focus goes evenly in 1 / focus_m from key to key.
+// scene.camera as its path (raytrace/key_path.h) has it at a time. Target and position never come
+// closer than 1 mm: the target is pushed ahead where they would. The focus goes evenly in 1 /
+// focus_m from key to key.
 Camera camera_at(const Scene& scene, double time_s);
 
 // Cameras along the path, evenly in time: scene.camera alone without a path.

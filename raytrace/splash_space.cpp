@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "raytrace/moving_parts.h"
 #include "raytrace/rain_packets.h"
 #include "raytrace/ray_stretch.h"
+#include "raytrace/scene_tops.h"
 
 namespace pluvia {
 namespace {
@@ -15,36 +18,46 @@ Eigen::Vector3d normal_of(const FallFrame& frame, double slope_x, double slope_y
 }
 
 constexpr int block_texels = 16;
-constexpr Extent nothing = {1e300, -1e300};
-
-Extent joined(const Extent& a, const Extent& b) {
-  return {std::min(a.low_m, b.low_m), std::max(a.high_m, b.high_m)};
-}
-
 // Of a texel's plane over all of the texel.
 Extent heights(const TopHeight& top, const TopTexel& texel) {
-  if (texel.z_m < -1e29f) return nothing;
+  if (texel.z_m < -1e29f) return no_extent;
   const double beside_m =
       0.5 * top.texel_m * static_cast<double>(std::abs(texel.slope_x) + std::abs(texel.slope_y));
   const double z_m = static_cast<double>(texel.z_m);
   return {z_m - beside_m, z_m + beside_m};
 }
 
+Extent block_heights(const TopHeight& top, int block_x, int block_y) {
+  Extent extent = no_extent;
+  const int end_x = std::min((block_x + 1) * block_texels, top.width);
+  const int end_y = std::min((block_y + 1) * block_texels, top.height);
+  for (int j = block_y * block_texels; j < end_y; ++j) {
+    for (int i = block_x * block_texels; i < end_x; ++i) {
+      const auto texel = static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
+                         static_cast<std::size_t>(i);
+      extent = joined(extent, heights(top, top.texels[texel]));
+    }
+  }
+  return extent;
+}
+
+// Those that a rectangle of texels touches.
+void set_blocks(const TopHeight& top, const TexelRect& rect, HeightBlocks& blocks) {
+  if (rect.empty()) return;
+  for (int y = rect.y0 / block_texels; y <= (rect.y1 - 1) / block_texels; ++y) {
+    for (int x = rect.x0 / block_texels; x <= (rect.x1 - 1) / block_texels; ++x)
+      blocks.extents[static_cast<std::size_t>(y * blocks.width + x)] = block_heights(top, x, y);
+  }
+  blocks.all = no_extent;
+  for (const Extent& extent : blocks.extents) blocks.all = joined(blocks.all, extent);
+}
+
 HeightBlocks height_blocks(const TopHeight& top) {
   HeightBlocks blocks = {.width = (top.width + block_texels - 1) / block_texels,
                          .height = (top.height + block_texels - 1) / block_texels,
-                         .all = nothing};
-  blocks.extents.resize(static_cast<std::size_t>(blocks.width * blocks.height), nothing);
-  for (int j = 0; j < top.height; ++j) {
-    for (int i = 0; i < top.width; ++i) {
-      const auto texel = static_cast<std::size_t>(j) * static_cast<std::size_t>(top.width) +
-                         static_cast<std::size_t>(i);
-      const auto block =
-          static_cast<std::size_t>(j / block_texels * blocks.width + i / block_texels);
-      blocks.extents[block] = joined(blocks.extents[block], heights(top, top.texels[texel]));
-    }
-  }
-  for (const Extent& extent : blocks.extents) blocks.all = joined(blocks.all, extent);
+                         .all = no_extent};
+  blocks.extents.resize(static_cast<std::size_t>(blocks.width * blocks.height), no_extent);
+  set_blocks(top, {0, 0, top.width, top.height}, blocks);
   return blocks;
 }
 
@@ -56,7 +69,7 @@ Extent heights(const HeightBlocks& blocks, const TopHeight& top, const RainSizeS
     const double at = std::floor((number * size.cell_m - origin_m) / block_m);
     return static_cast<int>(std::clamp<double>(at, -1, count));
   };
-  Extent extent = nothing;
+  Extent extent = no_extent;
   const int x1 = std::min(block(cell.x + 1, top.min_x_m, blocks.width), blocks.width - 1);
   const int y1 = std::min(block(cell.y + 1, top.min_y_m, blocks.height), blocks.height - 1);
   for (int y = std::max(0, block(cell.y, top.min_y_m, blocks.height)); y <= y1; ++y) {
@@ -85,17 +98,54 @@ bool may_be_seen(const Camera& camera, const FallFrame& axes, const Eigen::Vecto
   return true;
 }
 
-// What splash_duration_s asks of the surfaces; infinite where one does not face up.
+// What splash_duration_s asks of a surface; infinite where it does not face up.
+double lean_of(const Eigen::Vector3d& normal, const FallFrame& frame) {
+  return normal.dot(frame.z) / std::max(normal.z(), 0.0);
+}
+
 double steepest_lean(const TopHeight& top, const FallFrame& frame) {
   double lean = 0;
   for (const TopTexel& texel : top.texels) {
     if (texel.z_m < -1e29f) continue;
     const Eigen::Vector3d normal =
         normal_of(frame, static_cast<double>(texel.slope_x), static_cast<double>(texel.slope_y));
-    const double up = std::max(normal.z(), 0.0);
-    lean = std::max(lean, normal.dot(frame.z) / up);
+    lean = std::max(lean, lean_of(normal, frame));
   }
   return lean;
+}
+
+// The same of a triangle that moves, at any heading, so that no step changes it: a normal of height
+// n_z and width n_xy leans by at most f_z + (n_xy / n_z) f_xy against the fall f, and does not face
+// up at all where its back may be what the fall meets. One so steep that it stands for a level one
+// leans by 1 / f_z.
+double steepest_lean(const Eigen::Vector3d& normal, const FallFrame& frame) {
+  const double high = std::abs(normal.z()) * frame.z.z();
+  const double wide = normal.head<2>().norm() * frame.z.head<2>().norm();
+  if (wide > high) return std::numeric_limits<double>::infinity();
+  const double lean = high > 0 ? frame.z.z() * (1 + wide / high) : 0;
+  const bool steep = high - wide < normal.norm() / std::hypot(1, steepest_slope);
+  return steep ? std::max(lean, 1 / frame.z.z()) : lean;
+}
+
+double steepest_lean(const Scene& scene, const FallFrame& frame) {
+  double lean = 0;
+  const Mesh& mesh = scene.mesh;
+  for (std::size_t t = resting_indices(scene); t < mesh.indices.size(); t += 3) {
+    Eigen::Vector3d corner[3];
+    for (std::size_t i = 0; i < 3; ++i)
+      corner[i] = mesh.positions_m[mesh.indices[t + i]].cast<double>();
+    const Eigen::Vector3d normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    lean = std::max(lean, steepest_lean(normal, frame));
+  }
+  return lean;
+}
+
+// Of everything that stands still, and the moving parts wherever they are.
+double steepest_lean(const Scene& scene, const TopHeight& top, const FallFrame& frame) {
+  if (scene.moving.empty()) return steepest_lean(top, frame);
+  TopHeight resting = top;
+  uncover_all(resting);
+  return std::max(steepest_lean(resting, frame), steepest_lean(scene, frame));
 }
 
 struct Finder {
@@ -145,7 +195,7 @@ SplashSpace make_splash_space(const Scene& scene, const RainSpace& space) {
     const TopHeight& top = space.tops[static_cast<std::size_t>(size.top)];
     const SplashTable table =
         splash_table(size.drops.r0_m, size.speed_m_s, rain_hash(seed, index, 0)[0]);
-    const double lean = steepest_lean(top, size.frame);
+    const double lean = steepest_lean(scene, top, size.frame);
     const double whole_s = std::isinf(lean) ? most_splash_s : splash_duration_s(table, lean);
     splashes.duration_s.push_back(table.droplets > 0 ? std::min(whole_s, most_splash_s) : 0);
     splashes.reach_m.push_back(splash_reach_m(table, splashes.duration_s.back()));
@@ -153,6 +203,11 @@ SplashSpace make_splash_space(const Scene& scene, const RainSpace& space) {
   }
   for (const TopHeight& top : space.tops) splashes.blocks.push_back(height_blocks(top));
   return splashes;
+}
+
+void move_splashes(const TopHeight& top, const std::vector<TexelRect>& changed,
+                   HeightBlocks& blocks) {
+  for (const TexelRect& rect : changed) set_blocks(top, rect, blocks);
 }
 
 std::vector<SplashSlab> splash_slabs(const Scene& scene, const RainSpace& space,

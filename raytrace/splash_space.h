@@ -46,7 +46,13 @@ struct SplashSpace {  // for each of RainSpace::sizes
   std::vector<HeightBlocks> blocks = {};  // of RainSpace::tops
 };
 
+// What moving parts do to it hangs on the blocks alone: durations are those for any pose.
 SplashSpace make_splash_space(const Scene& scene, const RainSpace& space);
+
+// Brings the blocks of a top up to date after move_top (raytrace/scene_tops.h) changed texels of
+// it.
+void move_splashes(const TopHeight& top, const std::vector<TexelRect>& changed,
+                   HeightBlocks& blocks);
 
 struct SplashSlab {
   int size = 0;

@@ -66,12 +66,18 @@ GlBuffer make_buffer(const std::vector<T>& values) {
   return make_buffer(values.data(), values.size() * sizeof(T));
 }
 
+// Values from place `first` on, of those that the buffer was made with.
+template <class T>
+void update_values(const GlBuffer& buffer, std::size_t first, const std::vector<T>& values) {
+  if (values.empty()) return;
+  glNamedBufferSubData(buffer.id(), static_cast<GLintptr>(first * sizeof(T)),
+                       static_cast<GLsizeiptr>(values.size() * sizeof(T)), values.data());
+}
+
 // The same number of values as the buffer was made with.
 template <class T>
 void update_buffer(const GlBuffer& buffer, const std::vector<T>& values) {
-  if (values.empty()) return;
-  glNamedBufferSubData(buffer.id(), 0, static_cast<GLsizeiptr>(values.size() * sizeof(T)),
-                       values.data());
+  update_values(buffer, 0, values);
 }
 
 // One level, nearest filter, clamped at the edges. format: a sized internal format.

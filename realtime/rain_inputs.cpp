@@ -221,14 +221,22 @@ std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& spa
   return sizes;
 }
 
+std::vector<float> gpu_top_rows(const TopHeight& top, int first, int end) {
+  std::vector<float> heights;
+  const auto place = [&](int row) { return top.texels.begin() + std::ptrdiff_t{row} * top.width; };
+  for (auto texel = place(first); texel != place(end); ++texel) {
+    heights.push_back(static_cast<float>(static_cast<double>(texel->z_m) - top.lowest_m));
+    heights.push_back(texel->slope_x);
+    heights.push_back(texel->slope_y);
+  }
+  return heights;
+}
+
 std::vector<float> gpu_top_heights(const RainSpace& space) {
   std::vector<float> heights;
   for (const TopHeight& top : space.tops) {
-    for (const TopTexel& texel : top.texels) {
-      heights.push_back(static_cast<float>(static_cast<double>(texel.z_m) - top.lowest_m));
-      heights.push_back(texel.slope_x);
-      heights.push_back(texel.slope_y);
-    }
+    const std::vector<float> rows = gpu_top_rows(top, 0, top.height);
+    heights.insert(heights.end(), rows.begin(), rows.end());
   }
   return heights;
 }

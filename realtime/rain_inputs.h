@@ -98,6 +98,8 @@ std::vector<GpuRainSize> gpu_rain_sizes(const Scene& scene, const RainSpace& spa
                                         const StreakAtlas& atlas);
 
 // The texels of all tops, one after the other: height above the top's lowest, slopes.
+// gpu_top_rows: of rows first .. end - 1 of one.
+std::vector<float> gpu_top_rows(const TopHeight& top, int first, int end);
 std::vector<float> gpu_top_heights(const RainSpace& space);
 
 // What each frame changes: the camera, the box as seen from it, the runs of the sizes.

@@ -8,6 +8,7 @@
 #include "atlas/image_io.h"
 #include "realtime/composite_pass.h"
 #include "realtime/fog_pass.h"
+#include "realtime/moving_surfaces.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_pass.h"
 #include "realtime/splash_pass.h"
@@ -38,7 +39,7 @@ class Stopwatch {
 
 struct RainRenderer::State {
   std::shared_ptr<GlContext> context = {};  // first: the objects below need it until they are gone
-  Scene scene = {};                         // without its surfaces; the camera is the last frame's
+  Scene scene = {};  // the camera is the last frame's; without its surfaces, if they stand still
   ScenePass surfaces = {};
   ShadowPass shadows = {};
   RainSpace space = {};
@@ -53,7 +54,13 @@ struct RainRenderer::State {
   const RainPass* streaks() const { return rain && !billboards() ? &*rain : nullptr; }
 
   void use() { context->make_current(); }
-  void move_camera(double time_s) { scene.camera = camera_at(scene, time_s); }
+  // Why no surface was moved; empty: one was.
+  std::string move(double time_s) {
+    scene.camera = camera_at(scene, time_s);
+    if (scene.moving.empty()) return "nothing moves";
+    return move_surfaces(scene, space, time_s, surfaces, shadows, rain ? &*rain : nullptr,
+                         splashes ? &*splashes : nullptr);
+  }
 };
 
 std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<GlContext> context,
@@ -70,7 +77,8 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                  .lights = scene.lights,
                  .environment = scene.environment,
                  .geometry_file = scene.geometry_file,
-                 .mesh = {},
+                 .mesh = scene.moving.empty() ? Mesh() : scene.mesh,
+                 .moving = scene.moving,
                  .rain = scene.rain,
                  .drops = scene.drops,
                  .fog = scene.fog,
@@ -151,7 +159,8 @@ Frame RainRenderer::draw(double time_s) {
   state.use();
   Frame frame;
   Stopwatch watch;
-  state.move_camera(time_s);
+  const std::string stood = state.move(time_s);
+  if (!state.scene.moving.empty()) watch.lap("moving surfaces", stood, frame.costs);
   set_camera(state.surfaces, state.scene, state.shadows);
   draw_scene(state.surfaces, state.shadows);
   watch.lap("surfaces", "", frame.costs);
@@ -217,7 +226,7 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
   State& state = *state_;
   state.use();
   if (!state.rain) return {};
-  state.move_camera(time_s);
+  state.move(time_s);
   std::vector<float> centres = read_centres_m(*state.rain, state.scene, state.shadows, time_s);
   for (std::size_t i = 0; i < centres.size(); ++i)
     centres[i] =
@@ -231,7 +240,7 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   State& state = *state_;
   state.use();
   if (!state.rain) return {};
-  state.move_camera(time_s);
+  state.move(time_s);
   place_rain(*state.rain, state.scene, state.shadows, time_s);
   StreakRecords records = read_records(*state.rain);
   state.context->check();
@@ -242,7 +251,7 @@ std::vector<StrokeRecord> RainRenderer::splash_strokes(double time_s) {
   State& state = *state_;
   state.use();
   if (!state.splashes) return {};
-  state.move_camera(time_s);
+  state.move(time_s);
   place_rain(*state.rain, state.scene, state.shadows, time_s);
   place_splashes(*state.splashes, state.scene, *state.rain, state.shadows, time_s);
   std::vector<StrokeRecord> strokes = read_strokes(*state.splashes);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "raytrace/moving_parts.h"
 #include "realtime/shader.h"
 #include "realtime/shadow_pass.h"
 #include "realtime/to_glm.h"
@@ -48,17 +49,17 @@ GlBuffer upload_materials(const Mesh& mesh) {
   return make_buffer(materials);
 }
 
-// From the first camera, in double: a scene far from the world's origin is as good as near it.
-GlBuffer upload_positions(const Scene& scene) {
+// From the pass's origin, in double: a scene far from the world's origin is as good as near it.
+std::vector<glm::vec3> gpu_positions(const ScenePass& pass, const Mesh& mesh, std::size_t first) {
   std::vector<glm::vec3> positions;
-  for (const Eigen::Vector3f& position : scene.mesh.positions_m)
-    positions.push_back(to_glm(position.cast<double>() - scene.camera.position_m));
-  return make_buffer(positions);
+  for (std::size_t i = first; i < mesh.positions_m.size(); ++i)
+    positions.push_back(to_glm(mesh.positions_m[i].cast<double>() - pass.origin_m));
+  return positions;
 }
 
 void upload_mesh(ScenePass& pass, const Scene& scene) {
   pass.index_count = static_cast<int>(scene.mesh.indices.size());
-  pass.positions = upload_positions(scene);
+  pass.positions = make_buffer(gpu_positions(pass, scene.mesh, 0));
   pass.normals = make_buffer(scene.mesh.normals);
   pass.indices = make_buffer(scene.mesh.indices);
   pass.triangle_material = make_buffer(scene.mesh.triangle_material);
@@ -147,14 +148,23 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
   pass.width = scene.camera.width_px;
   pass.height = scene.camera.height_px;
   make_targets(pass);
-  upload_mesh(pass, scene);
   pass.origin_m = scene.camera.position_m;
+  upload_mesh(pass, scene);
   pass.values = scene_uniforms(scene, environment_map);
   pass.uniforms = make_buffer(&pass.values, sizeof(pass.values));
   pass.lights = make_buffer(gpu_lights(scene, {}));
   pass.no_vertices = make_vertex_array();
   pass.sky_map = upload_sky(environment_map);
   return pass;
+}
+
+void move_vertices(const ScenePass& pass, const Scene& scene) {
+  const std::size_t first = resting_vertices(scene);
+  update_values(pass.positions, first, gpu_positions(pass, scene.mesh, first));
+  const auto& normals = scene.mesh.normals;
+  update_values(pass.normals, first,
+                std::vector<Eigen::Vector3f>(normals.begin() + static_cast<std::ptrdiff_t>(first),
+                                             normals.end()));
 }
 
 void link_scene_pass(ScenePass& pass, const ShadowPass& shadows) {

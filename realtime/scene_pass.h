@@ -39,6 +39,9 @@ struct ScenePass {
 // this OpenGL cannot hold.
 ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
 
+// Uploads the vertices of the moving parts as scene.mesh has them now.
+void move_vertices(const ScenePass& pass, const Scene& scene);
+
 struct ShadowPass;
 
 // Builds the programs that draw the surfaces, with shadows where there are any.

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "raytrace/fall_frame.h"
+#include "raytrace/moving_parts.h"
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"
 
@@ -46,14 +47,10 @@ struct Ball {
   double radius_m = 1;
 };
 
-// Around all vertices.
-Ball bounds(const Mesh& mesh) {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
-  for (const Eigen::Vector3f& p : mesh.positions_m) {
-    low = low.cwiseMin(p.cast<double>());
-    high = high.cwiseMax(p.cast<double>());
-  }
-  return {(low + high) / 2, std::max((high - low).norm() / 2, 1e-3)};
+// Around all surfaces, at all times.
+Ball ball_around(const Scene& scene) {
+  const Bounds all = surface_bounds(scene);
+  return {(all.low_m + all.high_m) / 2, std::max((all.high_m - all.low_m).norm() / 2, 1e-3)};
 }
 
 glm::mat4 parallel(const Ball& ball, const Eigen::Vector3d& forward,
@@ -116,7 +113,32 @@ GlTexture make_maps(std::size_t count) {
   return maps;
 }
 
-void draw_maps(const ShadowPass& pass, const ScenePass& surfaces) {
+}  // namespace
+
+ShadowPass make_shadow_pass(const Scene& scene, const ScenePass& surfaces) {
+  ShadowPass pass;
+  const bool any_surface = !scene.mesh.indices.empty();
+  const Ball ball = any_surface ? ball_around(scene) : Ball();
+  for (const Light& light : scene.lights) {
+    pass.slots.emplace_back();
+    if (!light.shadow || !any_surface) continue;
+    const std::vector<glm::mat4> views = views_of(light, ball, surfaces.origin_m);
+    pass.slots.back() = {static_cast<int>(pass.views.size()), static_cast<int>(views.size()), 0};
+    pass.views.insert(pass.views.end(), views.begin(), views.end());
+  }
+  if (pass.views.empty()) return pass;
+  pass.maps = make_maps(pass.views.size());
+  pass.view_buffer = make_buffer(pass.views);
+  const auto map_px = static_cast<std::size_t>(size_px(pass.views.size()));
+  for (std::size_t i = 0; i < scene.lights.size(); ++i)
+    pass.slots[i].texel = 2 * half_span(scene.lights[i], ball) / static_cast<double>(map_px);
+  pass.program = build_program({"shadow.vert", "shadow.frag"}, {});
+  draw_shadow_maps(pass, surfaces);
+  return pass;
+}
+
+void draw_shadow_maps(const ShadowPass& pass, const ScenePass& surfaces) {
+  if (pass.empty()) return;
   const int map_px = size_px(pass.views.size());
   GLuint target_id = 0;
   glCreateFramebuffers(1, &target_id);
@@ -141,30 +163,6 @@ void draw_maps(const ShadowPass& pass, const ScenePass& surfaces) {
     if (surfaces.index_count > 0)
       glDrawElements(GL_TRIANGLES, surfaces.index_count, GL_UNSIGNED_INT, nullptr);
   }
-}
-
-}  // namespace
-
-ShadowPass make_shadow_pass(const Scene& scene, const ScenePass& surfaces) {
-  ShadowPass pass;
-  const bool any_surface = !scene.mesh.indices.empty();
-  const Ball ball = any_surface ? bounds(scene.mesh) : Ball();
-  for (const Light& light : scene.lights) {
-    pass.slots.emplace_back();
-    if (!light.shadow || !any_surface) continue;
-    const std::vector<glm::mat4> views = views_of(light, ball, surfaces.origin_m);
-    pass.slots.back() = {static_cast<int>(pass.views.size()), static_cast<int>(views.size()), 0};
-    pass.views.insert(pass.views.end(), views.begin(), views.end());
-  }
-  if (pass.views.empty()) return pass;
-  pass.maps = make_maps(pass.views.size());
-  pass.view_buffer = make_buffer(pass.views);
-  const auto map_px = static_cast<std::size_t>(size_px(pass.views.size()));
-  for (std::size_t i = 0; i < scene.lights.size(); ++i)
-    pass.slots[i].texel = 2 * half_span(scene.lights[i], ball) / static_cast<double>(map_px);
-  pass.program = build_program({"shadow.vert", "shadow.frag"}, {});
-  draw_maps(pass, surfaces);
-  return pass;
 }
 
 PlannedPass plan_of(const ShadowPass& pass) {

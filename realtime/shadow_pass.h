@@ -1,7 +1,7 @@
-// Shadows of surfaces, for the lights that ask for them: depth maps from the light, made once,
-// since neither surfaces nor lights move. A point light has six (the faces of a cube around it), a
-// narrow spot one, the sun one over all of the surfaces. Without such a light there is no map and
-// no pass.
+// Shadows of surfaces, for the lights that ask for them: depth maps from the light, drawn once,
+// and again whenever surfaces have moved. A point light has six (the faces of a cube around it), a
+// narrow spot one, the sun one over all of the surfaces wherever they move. Without such a light
+// there is no map and no pass.
 //
 // A map holds 2 cm / distance along its axis (the sun: 1 - distance / depth of its box), in 32-bit
 // float: the nearest surface has the greatest value. A point is lit where its own value is at least
@@ -32,6 +32,9 @@ struct ShadowPass {
 // Renders the maps. surfaces: the pass that holds the vertices. Throws std::runtime_error when this
 // OpenGL cannot hold so many.
 ShadowPass make_shadow_pass(const Scene& scene, const ScenePass& surfaces);
+
+// Renders the maps anew from the vertices as they are now.
+void draw_shadow_maps(const ShadowPass& pass, const ScenePass& surfaces);
 
 PlannedPass plan_of(const ShadowPass& pass);
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "atlas/image.h"
 #include "raytrace/scene.h"
 #include "realtime/gl_context.h"
 

@@ -83,6 +83,13 @@ TEST(Block, ItsProgramWritesTheCommittedFile) {
       << "run make_block data/scenes/block.gltf and look at what changed";
 }
 
+TEST(Car, ItsProgramWritesTheCommittedFile) {
+  const std::string file = scratch_file("car.gltf", "");
+  ASSERT_EQ(std::system(fmt::format("'{}' '{}'", PLUVIA_MAKE_CAR, file).c_str()), 0);
+  EXPECT_TRUE(bytes_of(file) == bytes_of(scenes + "car.gltf"))
+      << "run make_car data/scenes/car.gltf and look at what changed";
+}
+
 // Whether a surface lies above a point, by looking at every triangle.
 bool is_covered(const Mesh& mesh, const Eigen::Vector3d& p) {
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
@@ -127,7 +134,7 @@ TEST(Block, NoDropIsEverSeenUnderARoof) {
 
 TEST(Scenes, EveryShippedSceneIsReadAndHasItsRain) {
   for (const char* name :
-       {"street", "courtyard", "sun_shower", "passages", "storm", "close", "splash"}) {
+       {"street", "courtyard", "sun_shower", "passages", "storm", "close", "splash", "car"}) {
     const Scene scene = read_scene(scenes + name + ".toml");
     const RainSpace space = make_rain_space(scene);
     EXPECT_GT(space.expected_drops, 60) << name;

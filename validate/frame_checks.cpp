@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "raytrace/drop_field.h"
+#include "raytrace/moving_parts.h"
 #include "realtime/rain_renderer.h"
 #include "validate/checks.h"
 #include "validate/frame_composite.h"
@@ -31,6 +32,7 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
                      Report& report) {
   Scene scene = read_scene(scene_file);
   scene.camera = camera_at(scene, time_s);
+  pose(scene, time_s);
   scene.splashes.reset();  // the composite lays down streaks alone
   const StreakAtlas atlas = read_atlas(atlas_folder);
   RainRenderer renderer(scene, atlas);
