@@ -72,7 +72,9 @@ double share_done(const ReferenceSettings& settings, const ReferenceSums& sums,
                   const ReferenceErrors& errors) {
   const double error = std::max(errors.surface, errors.rain);
   const double by_error = error > 0 ? std::pow(settings.error / error, 2) : 1;
-  return std::clamp(std::min(by_error, 1.0 * sums.passes / settings.least_passes), 0.0, 0.999);
+  const double passes = sums.learned + sums.passes;
+  const double by_passes = passes / (settings.learning_passes + settings.least_passes);
+  return std::clamp(std::min(by_error, by_passes), 0.0, 0.999);
 }
 
 }  // namespace
@@ -117,6 +119,8 @@ CLI::App* add_reference(CLI::App& app, ReferenceFlags& flags, const std::string&
       ->check(CLI::Range(1, 16384));
   command->add_flag("--all-shadows", flags.options.all_shadows,
                     "surfaces stop every light, not only those with shadow = true");
+  command->add_flag("!--no-emission-in-drops", flags.options.drops_see_emission,
+                    "drops do not see surfaces glow: for scenes whose lights stand for them");
   command->add_option("--seed", flags.settings.seed, "of the samples")->capture_default_str();
   command->add_option("--threads", flags.threads, "0: one per core")->check(CLI::Range(0, 1024));
   command->footer(

@@ -29,6 +29,21 @@ void append_all(std::string& bytes, std::span<const T> values) {
   for (const T& value : values) append(bytes, value);
 }
 
+// The inverse: the hash before them has told that they are whole.
+template <typename T>
+void take(const char*& at, T& value) {
+  std::memcpy(&value, at, sizeof(value));
+  at += sizeof(value);
+}
+
+template <typename T>
+void take_all(const char*& at, std::vector<T>& values) {
+  std::size_t count = 0;
+  take(at, count);
+  values.resize(count);
+  for (T& value : values) take(at, value);
+}
+
 template <typename Derived>
 void append_matrix(std::string& bytes, const Eigen::MatrixBase<Derived>& matrix) {
   for (Eigen::Index k = 0; k < matrix.size(); ++k) append(bytes, matrix.derived().data()[k]);
@@ -106,8 +121,17 @@ void append_drops(std::string& bytes, const MovingDrops& drops) {
 
 template <typename Sums>  // const or not
 auto layers_of(Sums& sums) {
-  return std::array{&sums.surface,  &sums.surface_squares, &sums.rain,         &sums.rain_squares,
-                    &sums.coverage, &sums.samples,         &sums.drop_samples, &sums.drop_squares};
+  return std::array{&sums.surface,  &sums.surface_squares, &sums.rain,  &sums.rain_squares,
+                    &sums.coverage, &sums.samples,         &sums.spread};
+}
+
+template <typename Fields, typename Visit>  // const or not
+void each_field(Fields& stratum, const Visit& visit) {
+  visit(stratum.drop);
+  for (auto& side : stratum.low) visit(side);
+  for (auto& side : stratum.halvings) visit(side);
+  visit(stratum.samples);
+  visit(stratum.squares);
 }
 
 std::string head_of(const std::string& fingerprint) {
@@ -160,6 +184,8 @@ std::string reference_fingerprint(const ReferenceScene& scene, const ReferenceSe
   append(bytes, scene.options.cone_half_angle_rad);
   append(bytes, scene.options.split_order);
   append(bytes, scene.options.all_shadows);
+  append(bytes, scene.options.drops_see_emission);
+  append(bytes, settings.learning_passes);
   append(bytes, settings.surface_samples);
   append(bytes, settings.samples_per_px);
   append(bytes, settings.seed);
@@ -169,8 +195,11 @@ std::string reference_fingerprint(const ReferenceScene& scene, const ReferenceSe
 void write_sums(const std::string& file, const std::string& fingerprint,
                 const ReferenceSums& sums) {
   std::string body;
+  append(body, sums.learned);
   append(body, sums.passes);
   for (const std::vector<double>* layer : layers_of(sums)) append_all<double>(body, *layer);
+  append(body, sums.strata.size());
+  for (const Stratum& stratum : sums.strata) each_field(stratum, [&](auto& v) { append(body, v); });
   write_file_atomically(file, head_of(fingerprint) + sha256(body) + body);
 }
 
@@ -189,13 +218,13 @@ ReferenceSums read_sums(const std::string& file, const std::string& fingerprint,
                                      std::string_view(bytes).substr(head.size(), hash_size);
   if (!whole) throw std::runtime_error(file + ": damaged; expected a whole file, or none");
   const char* at = bytes.data() + body_at;
-  std::memcpy(&sums.passes, at, sizeof(sums.passes));
-  at += sizeof(sums.passes);
-  for (std::vector<double>* layer : layers_of(sums)) {
-    at += sizeof(layer->size());  // as in `empty`: the fingerprint tells
-    std::memcpy(layer->data(), at, layer->size() * sizeof(double));
-    at += layer->size() * sizeof(double);
-  }
+  take(at, sums.learned);
+  take(at, sums.passes);
+  for (std::vector<double>* layer : layers_of(sums)) take_all(at, *layer);
+  std::size_t strata = 0;
+  take(at, strata);
+  sums.strata.resize(strata);
+  for (Stratum& stratum : sums.strata) each_field(stratum, [&](auto& v) { take(at, v); });
   return sums;
 }
 

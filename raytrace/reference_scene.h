@@ -9,7 +9,9 @@
 // drops stop no light. A lamp of radius r is a sphere of radiance I / (pi r^2): its shade is soft.
 // A drop sees a light without a radius, or the sun, as a disc of cone_half_angle_rad with the same
 // illuminance E, radiance E / (pi sin^2), as the streak database has it. The camera itself sees no
-// lamp that has no surface, and lamps hide nothing.
+// lamp that has no surface, and lamps hide nothing. Where a scene gives a lamp twice, as a light
+// and as a surface that glows, drops see both, unless their sight of glowing surfaces is switched
+// off.
 #pragma once
 
 #include <memory>
@@ -28,6 +30,7 @@ struct ReferenceOptions {
   double cone_half_angle_rad = 0.0873;  // 1e-4 .. pi / 4
   int split_order = 3;  // up to it a camera's ray splits at each interface; beyond, roulette
   bool all_shadows = false;
+  bool drops_see_emission = true;  // of surfaces
 };
 
 struct ReferenceScene {

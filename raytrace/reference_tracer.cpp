@@ -123,6 +123,11 @@ struct Tracer {
     return sum;
   }
 
+  Eigen::Vector3d seen_from_drop(SurfacePoint point) const {
+    if (!scene.options.drops_see_emission) point.material.emission_cd_m2.setZero();
+    return surface_radiance(scene, point, random);
+  }
+
   // Adds what is seen before the next drop, and goes through that one by a single way.
   Leaving step(const Leaving& at, Eigen::Vector3d& sum) const {
     const double share = power(at.beam);
@@ -135,8 +140,8 @@ struct Tracer {
     if (next) {
       follow(*next, at.beam, -1, [&](const Leaving& exit) { further = exit; });
     } else {
-      sum += share * (surface ? surface_radiance(scene, *surface, random)
-                              : environment_radiance(scene, at.beam.direction));
+      sum += share *
+             (surface ? seen_from_drop(*surface) : environment_radiance(scene, at.beam.direction));
     }
     return further;
   }
