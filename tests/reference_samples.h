@@ -1,11 +1,14 @@
 // Scenes for the tests of the reference tracer, made up in memory.
 #pragma once
 
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "raytrace/reference_picture.h"
+#include "raytrace/reference_tracer.h"
 
 namespace pluvia {
 
