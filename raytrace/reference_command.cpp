@@ -141,7 +141,7 @@ ReferenceSummary reference_frame(const ReferenceFlags& flags, const Progress& pr
   const std::string fingerprint = reference_fingerprint(*scene, flags.settings);
   ReferenceSums sums = empty_sums(*scene);
   if (std::filesystem::exists(sums_file))
-    sums = read_sums(sums_file, fingerprint, sums);
+    sums = read_sums(sums_file, fingerprint);
   else
     write_sums(sums_file, fingerprint, sums);  // refuses a bad folder before the minutes
   summary.found = sums.passes;

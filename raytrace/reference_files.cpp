@@ -195,6 +195,8 @@ std::string reference_fingerprint(const ReferenceScene& scene, const ReferenceSe
 void write_sums(const std::string& file, const std::string& fingerprint,
                 const ReferenceSums& sums) {
   std::string body;
+  append(body, sums.width);
+  append(body, sums.height);
   append(body, sums.learned);
   append(body, sums.passes);
   for (const std::vector<double>* layer : layers_of(sums)) append_all<double>(body, *layer);
@@ -203,21 +205,22 @@ void write_sums(const std::string& file, const std::string& fingerprint,
   write_file_atomically(file, head_of(fingerprint) + sha256(body) + body);
 }
 
-ReferenceSums read_sums(const std::string& file, const std::string& fingerprint,
-                        const ReferenceSums& empty) {
+ReferenceSums read_sums(const std::string& file, const std::string& fingerprint) {
   const std::string bytes = read_file(file);
   const std::string head = head_of(fingerprint);
   if (!bytes.starts_with(head))
     throw std::runtime_error(file +
                              ": sums of another picture; expected those of this scene, frame and "
                              "flags, or no such file");
-  ReferenceSums sums = empty;
   const std::size_t body_at = head.size() + hash_size;
   const bool whole =
       bytes.size() >= body_at && sha256(std::string_view(bytes).substr(body_at)) ==
                                      std::string_view(bytes).substr(head.size(), hash_size);
   if (!whole) throw std::runtime_error(file + ": damaged; expected a whole file, or none");
   const char* at = bytes.data() + body_at;
+  ReferenceSums sums;
+  take(at, sums.width);
+  take(at, sums.height);
   take(at, sums.learned);
   take(at, sums.passes);
   for (std::vector<double>* layer : layers_of(sums)) take_all(at, *layer);

@@ -25,7 +25,6 @@ void write_sums(const std::string& file, const std::string& fingerprint, const R
 
 // Throws std::runtime_error "FILE: what was found; expected .." for a file that is damaged, or of
 // another fingerprint.
-ReferenceSums read_sums(const std::string& file, const std::string& fingerprint,
-                        const ReferenceSums& empty);
+ReferenceSums read_sums(const std::string& file, const std::string& fingerprint);
 
 }  // namespace pluvia
