@@ -306,9 +306,9 @@ void view(const ViewFlags& flags) {
 void reference(const pluvia::ReferenceFlags& flags) {
   const auto summary = pluvia::reference_frame(flags, ProgressLine());
   fmt::print(
-      "{}: {} drops, {} passes ({} found), relative error {:.3f} of the rain, {:.4f} without it, "
+      "{}: {} drops, {} passes, {} new, relative error {:.3f} of the rain, {:.4f} without it, "
       "{:.1f} CPU s{}\n",
-      flags.out, summary.drops, summary.passes, summary.found, summary.errors.rain,
+      flags.out, summary.drops, summary.passes, summary.new_passes, summary.errors.rain,
       summary.errors.surface, summary.cpu_s,
       summary.left_splashes ? "; splashes are left out" : "");
 }

@@ -17,7 +17,23 @@
 namespace pluvia {
 namespace {
 
-constexpr double save_after_s = 10;  // sums are large, passes may be short
+// Saves sums often enough that a kill costs little, and seldom enough that saving takes at most a
+// twentieth of the time.
+struct Saver {
+  using Clock = std::chrono::steady_clock;
+  const std::string& file;
+  const std::string& fingerprint;
+  Clock::time_point saved = Clock::now();
+  Clock::duration took = {};
+
+  void operator()(const ReferenceSums& sums) {
+    const auto start = Clock::now();
+    if (start - saved < 20 * took) return;
+    write_sums(file, fingerprint, sums);
+    saved = Clock::now();
+    took = saved - start;
+  }
+};
 
 double process_cpu_s() {
   timespec now = {};
@@ -144,19 +160,15 @@ ReferenceSummary reference_frame(const ReferenceFlags& flags, const Progress& pr
     sums = read_sums(sums_file, fingerprint);
   else
     write_sums(sums_file, fingerprint, sums);  // refuses a bad folder before the minutes
-  summary.found = sums.passes;
-  auto saved = std::chrono::steady_clock::now();
-  trace_reference(
-      *scene, flags.settings, sums, [&](const ReferenceSums& now, const ReferenceErrors& errors) {
-        const std::chrono::duration<double> since = std::chrono::steady_clock::now() - saved;
-        if (since.count() > save_after_s) {
-          write_sums(sums_file, fingerprint, now);
-          saved = std::chrono::steady_clock::now();
-        }
-        if (progress)
-          progress(fmt::format("pass {}, error {:.3f}", now.passes, errors.rain),
-                   share_done(flags.settings, now, errors));
-      });
+  const int found = sums.passes;
+  Saver save = {sums_file, fingerprint};
+  trace_reference(*scene, flags.settings, sums,
+                  [&](const ReferenceSums& now, const ReferenceErrors& errors) {
+                    save(now);
+                    if (progress)
+                      progress(fmt::format("pass {}, error {:.3f}", now.passes, errors.rain),
+                               share_done(flags.settings, now, errors));
+                  });
   if (sums.passes < 2)
     throw std::runtime_error(
         fmt::format("{}: {} passes in the time; expected 2 or more (a longer --budget)", flags.out,
@@ -166,6 +178,7 @@ ReferenceSummary reference_frame(const ReferenceFlags& flags, const Progress& pr
   if (progress) progress(flags.out, 1);
   summary.drops = scene->drops.drops.size();
   summary.passes = sums.passes;
+  summary.new_passes = sums.passes - found;
   summary.errors = estimated_errors(sums);
   summary.cpu_s = process_cpu_s() - cpu_s;
   return summary;

@@ -28,8 +28,8 @@ CLI::App* add_reference(CLI::App& app, ReferenceFlags& flags, const std::string&
 
 struct ReferenceSummary {
   std::size_t drops = 0;  // that were followed
-  int passes = 0;
-  int found = 0;  // of them, in FILE.sums
+  int passes = 0;         // that count
+  int new_passes = 0;     // of them; the others were in FILE.sums
   ReferenceErrors errors = {};
   double cpu_s = 0;
   bool left_splashes = false;  // the scene asks for them, the reference has none
