@@ -126,7 +126,10 @@ CLI::App* add_reference(CLI::App& app, ReferenceFlags& flags, const std::string&
   };
   number("--start-s", flags.start_s, "time of frame 0", 0, 1e6)->capture_default_str();
   number("--error", flags.settings.error,
-         "relative RMSE of the rain, and of the picture without, at which it is done", 1e-4, 1)
+         "relative RMSE of the rain, and of the picture without, at which it is done; what is "
+         "brighter "
+         "than white counts as white",
+         1e-4, 1)
       ->capture_default_str();
   number("--budget", flags.settings.budget_s, "seconds after which no pass is begun", 1e-3, 1e7);
   number("--cone-half-angle-deg", flags.cone_half_angle_deg,
@@ -179,7 +182,7 @@ ReferenceSummary reference_frame(const ReferenceFlags& flags, const Progress& pr
   summary.drops = scene->drops.drops.size();
   summary.passes = sums.passes;
   summary.new_passes = sums.passes - found;
-  summary.errors = estimated_errors(sums);
+  summary.errors = estimated_errors(*scene, sums);
   summary.cpu_s = process_cpu_s() - cpu_s;
   return summary;
 }

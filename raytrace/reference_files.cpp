@@ -59,6 +59,7 @@ void append_camera(std::string& bytes, const ReferenceScene& scene) {
   append(bytes, camera.width_px);
   append(bytes, camera.height_px);
   append(bytes, camera.exposure_s);
+  append(bytes, camera.white_cd_m2);
 }
 
 void append_mesh(std::string& bytes, const Mesh& mesh) {
@@ -121,8 +122,8 @@ void append_drops(std::string& bytes, const MovingDrops& drops) {
 
 template <typename Sums>  // const or not
 auto layers_of(Sums& sums) {
-  return std::array{&sums.surface,  &sums.surface_squares, &sums.rain,  &sums.rain_squares,
-                    &sums.coverage, &sums.samples,         &sums.spread};
+  return std::array{&sums.surface,  &sums.surface_squares, &sums.rain,      &sums.rain_squares,
+                    &sums.coverage, &sums.samples,         &sums.luminance, &sums.spread};
 }
 
 template <typename Fields, typename Visit>  // const or not

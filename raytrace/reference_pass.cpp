@@ -72,7 +72,8 @@ std::optional<Deposit> sample_drop(const ReferenceScene& scene, int index,
                      background_radiance(scene, ray, random)};
 }
 
-void sample_stratum(const ReferenceScene& scene, const PassKey& key, Stratum& stratum, int count,
+void sample_stratum(const ReferenceScene& scene, const PassKey& key,
+                    const std::vector<double>& pixel_weights, Stratum& stratum, int count,
                     std::vector<Deposit>& deposits) {
   // Kronecker sequence in three dimensions: powers of the root of g^4 = g + 1 (Roberts 2018).
   static const Eigen::Vector3d step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
@@ -89,7 +90,7 @@ void sample_stratum(const ReferenceScene& scene, const PassKey& key, Stratum& st
     auto deposit = sample_drop(scene, stratum.drop, place_in(stratum, inside), random);
     if (!deposit) continue;
     const Eigen::Array3d brought = deposit->weight * deposit->change;
-    stratum.squares += (luminance * brought.square()).sum();
+    stratum.squares += pixel_weights[deposit->pixel] * (luminance * brought.square()).sum();
     deposit->weight *= volume(stratum) / count;
     deposits.push_back(*deposit);
   }
@@ -114,14 +115,16 @@ PixelSample sample_pixel(const ReferenceScene& scene, const PassKey& key, int x,
   }
   const double count = side * side;
   const Eigen::Array3d mean = sum / count;
-  return {mean, (luminance * (squares / count - mean.square()).max(0)).sum()};
+  return {mean, (luminance * mean).sum(),
+          (luminance * (squares / count - mean.square()).max(0)).sum()};
 }
 
 std::vector<Deposit> sample_strata(const ReferenceScene& scene, const PassKey& key,
+                                   const std::vector<double>& pixel_weights,
                                    std::span<Stratum> strata, std::span<const int> samples) {
   std::vector<Deposit> deposits;
   for (std::size_t i = 0; i < strata.size(); ++i)
-    sample_stratum(scene, key, strata[i], samples[i], deposits);
+    sample_stratum(scene, key, pixel_weights, strata[i], samples[i], deposits);
   return deposits;
 }
 

@@ -19,7 +19,8 @@ struct PassKey {  // decides all random numbers
 // Samples of what is in a pixel without drops, on a jittered grid of side x side.
 struct PixelSample {
   Eigen::Vector3d mean = {0, 0, 0};  // cd/m^2
-  double spread = 0;                 // variance of the samples, of luminance, (cd/m^2)^2
+  double luminance = 0;              // of the mean
+  double spread = 0;                 // variance of the samples, weighted as luminance, (cd/m^2)^2
 };
 PixelSample sample_pixel(const ReferenceScene& scene, const PassKey& key, int x, int y, int side);
 
@@ -29,8 +30,10 @@ struct Deposit {  // of one sample of a drop
   Eigen::Vector3d change = {0, 0, 0};  // of radiance by the drop, cd/m^2
 };
 
-// Samples of some strata, as many as `samples` says. Notes in the strata what they brought.
+// Samples of some strata, as many as `samples` says. Notes in the strata what they brought, squares
+// times the weight of the pixel.
 std::vector<Deposit> sample_strata(const ReferenceScene& scene, const PassKey& key,
+                                   const std::vector<double>& pixel_weights,
                                    std::span<Stratum> strata, std::span<const int> samples);
 
 }  // namespace pluvia

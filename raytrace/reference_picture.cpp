@@ -48,6 +48,7 @@ void add_surfaces(const ReferenceScene& scene, const ReferenceSettings& settings
                          static_cast<std::size_t>(x);
       const PixelSample sample = sample_pixel(scene, key, x, y, sides[pixel]);
       require_finite(sample.mean, sums, pixel);
+      sums.luminance[pixel] += sample.luminance;
       sums.spread[pixel] += sample.spread;
       if (!counts) continue;
       for (std::size_t c = 0; c < 3; ++c) {
@@ -100,6 +101,7 @@ void lay_down(const ReferenceSums& sums, const std::vector<Deposit>& deposits,
 RainPicture rain_of_pass(const ReferenceScene& scene, const PassKey& key,
                          const std::vector<int>& samples, ReferenceSums& sums) {
   std::vector<Task> tasks = tasks_of(samples);
+  const std::vector<double> weights = pixel_weights(scene, sums);
   RainPicture picture = {std::vector<double>(sums.rain.size(), 0.0),
                          std::vector<double>(sums.coverage.size(), 0.0),
                          std::vector<double>(sums.coverage.size(), 0.0)};
@@ -110,8 +112,9 @@ RainPicture rain_of_pass(const ReferenceScene& scene, const PassKey& key,
     tbb::parallel_for(begin, end, [&](std::size_t i) {
       Task& task = tasks[i];
       const std::size_t count = task.end - task.begin;
-      task.deposits = sample_strata(scene, key, std::span(sums.strata).subspan(task.begin, count),
-                                    std::span(samples).subspan(task.begin, count));
+      task.deposits =
+          sample_strata(scene, key, weights, std::span(sums.strata).subspan(task.begin, count),
+                        std::span(samples).subspan(task.begin, count));
     });
     for (std::size_t i = begin; i < end; ++i) {
       lay_down(sums, tasks[i].deposits, picture);
@@ -132,11 +135,11 @@ void add_rain(const RainPicture& picture, ReferenceSums& sums) {
   }
 }
 
-double relative_error(const ReferenceLayer& layer) {
+double relative_error(const ReferenceLayer& layer, const std::vector<double>& weights) {
   double noise = 0, signal = 0;
   for (std::size_t i = 0; i < layer.mean.size(); ++i) {
-    noise += layer.variance[i];
-    signal += layer.mean[i] * layer.mean[i] - layer.variance[i];
+    noise += weights[i / 3] * layer.variance[i];
+    signal += weights[i / 3] * (layer.mean[i] * layer.mean[i] - layer.variance[i]);
   }
   if (noise == 0) return 0;
   return signal > 0 ? std::sqrt(noise / signal) : std::numeric_limits<double>::infinity();
@@ -150,7 +153,8 @@ ReferenceSums empty_sums(const ReferenceScene& scene) {
       static_cast<std::size_t>(sums.width) * static_cast<std::size_t>(sums.height);
   for (auto* layer : {&sums.surface, &sums.surface_squares, &sums.rain, &sums.rain_squares})
     layer->assign(3 * pixels, 0.0);
-  for (auto* layer : {&sums.coverage, &sums.samples, &sums.spread}) layer->assign(pixels, 0.0);
+  for (auto* layer : {&sums.coverage, &sums.samples, &sums.luminance, &sums.spread})
+    layer->assign(pixels, 0.0);
   sums.strata = first_strata(scene);
   return sums;
 }
@@ -159,17 +163,26 @@ void add_pass(const ReferenceScene& scene, const ReferenceSettings& settings, Re
   const PassKey key = {settings.seed, static_cast<std::uint64_t>(sums.learned + sums.passes)};
   const bool counts = sums.learned >= settings.learning_passes;
   add_surfaces(scene, settings, key, counts, sums);
+  ++(counts ? sums.passes : sums.learned);
   const std::vector<int> samples = allocate(scene, settings.samples_per_px, sums.strata);
   const RainPicture picture = rain_of_pass(scene, key, samples, sums);
   if (counts) add_rain(picture, sums);
-  ++(counts ? sums.passes : sums.learned);
 }
 
-ReferenceErrors estimated_errors(const ReferenceSums& sums) {
+std::vector<double> pixel_weights(const ReferenceScene& scene, const ReferenceSums& sums) {
+  const double white = scene.camera.white_cd_m2 * (sums.learned + sums.passes);
+  std::vector<double> weights;
+  for (const double luminance : sums.luminance)
+    weights.push_back(luminance > white ? std::pow(white / luminance, 2) : 1);
+  return weights;
+}
+
+ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSums& sums) {
   constexpr double unknown = std::numeric_limits<double>::infinity();
   if (sums.passes < 2) return {unknown, unknown};
-  return {relative_error(layer_of(sums.surface, sums.surface_squares, sums.passes)),
-          relative_error(layer_of(sums.rain, sums.rain_squares, sums.passes))};
+  const std::vector<double> weights = pixel_weights(scene, sums);
+  return {relative_error(layer_of(sums.surface, sums.surface_squares, sums.passes), weights),
+          relative_error(layer_of(sums.rain, sums.rain_squares, sums.passes), weights)};
 }
 
 void trace_reference(const ReferenceScene& scene, const ReferenceSettings& settings,
@@ -180,11 +193,11 @@ void trace_reference(const ReferenceScene& scene, const ReferenceSettings& setti
     if (sums.passes < settings.least_passes) return false;
     return errors.surface <= settings.error && errors.rain <= settings.error;
   };
-  while (!is_done(estimated_errors(sums))) {
+  while (!is_done(estimated_errors(scene, sums))) {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     if (settings.budget_s > 0 && passed.count() > settings.budget_s) return;
     add_pass(scene, settings, sums);
-    if (after_pass) after_pass(sums, estimated_errors(sums));
+    if (after_pass) after_pass(sums, estimated_errors(scene, sums));
   }
 }
 

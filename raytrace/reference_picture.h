@@ -47,7 +47,8 @@ struct ReferenceSums {
   std::vector<double> rain = {}, rain_squares = {};
   std::vector<double> coverage = {};  // one channel: drops are there, and in sight
   std::vector<double> samples = {};   // one channel: of either kind
-  std::vector<double> spread = {};    // one channel: of a pass's samples without drops, summed
+  // One channel each: of the samples without drops, summed over all passes.
+  std::vector<double> luminance = {}, spread = {};
   std::vector<Stratum> strata = {};
 };
 
@@ -56,12 +57,18 @@ ReferenceSums empty_sums(const ReferenceScene& scene);
 // The same for any number of threads. Throws std::runtime_error for a value that is not finite.
 void add_pass(const ReferenceScene& scene, const ReferenceSettings& settings, ReferenceSums& sums);
 
+// min(1, white / L)^2, L the mean luminance of the pixel without drops: where the picture is
+// brighter than white a screen shows less of an error, and a lamp of some pixels must not take all
+// samples, nor hide in its own brightness that the rain is still noise. Call after the first pass.
+std::vector<double> pixel_weights(const ReferenceScene& scene, const ReferenceSums& sums);
+
 // Of a layer: sqrt(sum of variances / sum of squares of the means, less their variance), over all
-// pixels and channels; 0 where the layer is the same in every pass, infinite while passes < 2.
+// channels and pixels, both sums with the pixels' weights; 0 where the layer is the same in every
+// pass, infinite while passes < 2.
 struct ReferenceErrors {
   double surface = 0, rain = 0;
 };
-ReferenceErrors estimated_errors(const ReferenceSums& sums);
+ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSums& sums);
 
 // Passes until the settings' error or budget is met, or most_passes. after_pass may save the sums.
 using AfterPass = std::function<void(const ReferenceSums&, const ReferenceErrors&)>;

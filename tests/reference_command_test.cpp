@@ -44,8 +44,8 @@ class ReferenceCommand : public testing::Test {
     write_file_atomically(folder / "scene.toml", text);
   }
   std::string command(const std::string& out, const std::string& more = "") const {
-    return fmt::format("reference {} --start-s 0 --out {} {}", folder / "scene.toml",
-                       folder / out, more);
+    return fmt::format("reference {} --start-s 0 --out {} {}", folder / "scene.toml", folder / out,
+                       more);
   }
   void expect_complaint(const std::string& arguments, int code, const std::string& text) const {
     const Outcome outcome = run_pluvia(arguments);

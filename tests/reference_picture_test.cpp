@@ -171,7 +171,7 @@ TEST(ReferencePicture, ItEndsAtTheErrorThatIsAskedFor) {
   for (const double error : {0.5, 0.1}) {
     ReferenceSums sums = empty_sums(*made);
     trace_reference(*made, {.error = error}, sums);
-    EXPECT_LE(estimated_errors(sums).rain, error);
+    EXPECT_LE(estimated_errors(*made, sums).rain, error);
     EXPECT_GE(sums.passes, 8);
     EXPECT_GE(sums.passes, last);
     last = sums.passes;

@@ -18,7 +18,8 @@ constexpr double water_index = 1.333;
 // All exits of `count` rays along -x that meet a drop, evenly over a disc of its reach: visits
 // (ray, exit); a ray that misses has no exit. Returns the disc's area over pi r0^2.
 template <typename Visit>
-double shoot_at(const DropShape& shape, int count, int split_order, const Visit& visit) {
+double shoot_at(const DropShape& shape, int count, int split_order, const Visit& visit,
+                double index = water_index) {
   const DropInstant drop = drop_at(shape, 1e-3);
   const double reach_m = drop_reach_m(shape);
   for (int i = 0; i < count; ++i) {
@@ -28,7 +29,7 @@ double shoot_at(const DropShape& shape, int count, int split_order, const Visit&
     const Eigen::Vector3d along(-1, 0, 0);
     const auto hit = intersect_drop(drop, origin, along, RaySide::outside);
     if (!hit) continue;
-    follow_drop(drop, *hit, unpolarised_beam(along), water_index, split_order, random,
+    follow_drop(drop, *hit, unpolarised_beam(along), index, split_order, random,
                 [&](const DropExit& exit) { visit(i, exit); });
   }
   return std::pow(reach_m / shape.mean_radius_m, 2);
@@ -90,6 +91,29 @@ TEST(ReferenceTracer, EachOrderOfASphereCarriesItsShareOfTheLight) {
           << "order " << p << ", split order " << split_order;
     }
   }
+}
+
+TEST(ReferenceTracer, NothingIsLostOfLightThatIsHeldForLong) {
+  // A drop of glass (n = 2.4) that oscillates holds light by total reflection beyond order 20,
+  // where beams begin to end at random. All of it comes out, within 3 standard errors (one seed in
+  // 370 fails); the share that comes out beyond order 40 shows that the drop does hold it.
+  const DropShape shape = drop_shape(gn2006_preset(), 9, 1.6e-3);
+  constexpr int rays = 40000;
+  std::vector<double> all(rays, 0.0);
+  double late = 0;
+  const double disc = shoot_at(
+      shape, rays, 3,
+      [&](int ray, const DropExit& exit) {
+        all[static_cast<std::size_t>(ray)] += power(exit.beam);
+        late += exit.order > 40 ? power(exit.beam) / rays : 0;
+      },
+      2.4);
+  Sampled sampled;
+  for (const double whole : all) {
+    if (whole > 0) sampled.add(whole);  // what misses has none; a hit at least a reflection
+  }
+  EXPECT_NEAR(sampled.mean(), 1, 3 * sampled.standard_error());
+  EXPECT_GT(disc * late, 10 * sampled.standard_error());
 }
 
 TEST(ReferenceTracer, ADropInAUniformEnvironmentIsInvisible) {
