@@ -164,6 +164,18 @@ TEST(ReferencePicture, TheVarianceIsThatOfManySeeds) {
   EXPECT_NEAR(stated / spread, 1, 0.25) << stated << " stated, " << spread << " found";
 }
 
+TEST(ReferencePicture, PixelsBrighterThanWhiteCountAsWhite) {
+  // A relative error of such a pixel counts as the same error of a white one.
+  Scene scene = dark_scene(2, 2);
+  const std::vector<Drop> drop = {falling_drop(scene, {0, 1, 0})};
+  for (const auto& [radiance, weight] : {std::pair(0.5, 1.0), {3.0, 1.0}, {12.0, 1.0 / 16}}) {
+    scene.camera.white_cd_m2 = 3;
+    scene.environment.uniform_cd_m2.setConstant(radiance);
+    const auto made = reference_scene(scene, drop);
+    EXPECT_NEAR(pixel_weights(*made, traced(*made, 2))[3], weight, 1e-12) << radiance;
+  }
+}
+
 TEST(ReferencePicture, ItEndsAtTheErrorThatIsAskedFor) {
   const Scene scene = small_scene();
   const auto made = reference_scene(scene, two_drops(scene));
