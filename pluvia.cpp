@@ -25,6 +25,7 @@
 #include "oscillation/equilibrium.h"
 #include "raytrace/generate.h"
 #include "raytrace/import_database.h"
+#include "raytrace/reference_command.h"
 #include "raytrace/scene_subset.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/video.h"
@@ -303,6 +304,16 @@ void view(const ViewFlags& flags) {
   pluvia::ViewOptions options = flags.options;
   options.render = render_options(flags.quality);
   pluvia::view(window, scene, pluvia::read_atlas(flags.atlas), options);
+}
+
+void reference(const pluvia::ReferenceFlags& flags) {
+  const auto summary = pluvia::reference_frame(flags, ProgressLine());
+  fmt::print(
+      "{}: {} drops, {} passes, {} new, relative error {:.3f} of the rain, {:.4f} without it, "
+      "{:.1f} CPU s{}\n",
+      flags.out, summary.drops, summary.passes, summary.new_passes, summary.errors.rain,
+      summary.errors.surface, summary.cpu_s,
+      summary.left_splashes ? "; splashes are left out" : "");
 }
 
 struct ValidateFlags {
@@ -785,6 +796,7 @@ int main(int argc, char** argv) {
   ImportFlags import_flags;
   RenderFlags render_flags;
   ViewFlags view_flags;
+  pluvia::ReferenceFlags reference_flags;
   ValidateFlags validate_flags;
   FitFlags fit_flags;
   pluvia::CompareReportsFlags compare_reports_flags;
@@ -795,6 +807,7 @@ int main(int argc, char** argv) {
   CLI::App* const import_command = add_import(app, import_flags);
   CLI::App* const render_command = add_render(app, render_flags);
   CLI::App* const view_command = add_view(app, view_flags);
+  CLI::App* const reference_command = add_reference(app, reference_flags, PLUVIA_DATA_DIR);
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = add_fit(app, fit_flags);
   CLI::App* const compare_reports_command = pluvia::add_compare_reports(app, compare_reports_flags);
@@ -816,6 +829,7 @@ int main(int argc, char** argv) {
     if (*import_command) import_layout(import_flags);
     if (*render_command) render(render_flags);
     if (*view_command) view(view_flags);
+    if (*reference_command) reference(reference_flags);
     if (*fit_command) run_fit(*fit_command, fit_flags);
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;

@@ -4,22 +4,17 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <stdexcept>
 #include <vector>
 
-#include <embree3/rtcore.h>
 #include <Eigen/Geometry>
+
+#include "raytrace/embree_device.h"
 
 namespace pluvia {
 
 namespace {
 
-// One device for the process: starting one per drop would cost more than tracing it.
-RTCDevice shared_device() {
-  static const RTCDevice device = rtcNewDevice(nullptr);
-  if (!device) throw std::runtime_error("embree: no device; expected a working Embree 3 library");
-  return device;
-}
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // Carries the double-precision ray past Embree's single-precision one. The Embree part stands
 // first, so that the callback can get from its pointer to the whole.
@@ -49,21 +44,6 @@ void intersect_analytic_drop(const RTCIntersectFunctionNArguments* args) {
   rayhit->hit.primID = args->primID;
 }
 
-RTCRayHit make_rayhit(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction) {
-  RTCRayHit r = {};
-  r.ray.org_x = static_cast<float>(origin_m.x());
-  r.ray.org_y = static_cast<float>(origin_m.y());
-  r.ray.org_z = static_cast<float>(origin_m.z());
-  r.ray.dir_x = static_cast<float>(direction.x());
-  r.ray.dir_y = static_cast<float>(direction.y());
-  r.ray.dir_z = static_cast<float>(direction.z());
-  r.ray.tfar = std::numeric_limits<float>::infinity();
-  r.ray.mask = 0xffffffffu;
-  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  return r;
-}
-
 }  // namespace
 
 struct EmbreeDrop::State {
@@ -72,7 +52,7 @@ struct EmbreeDrop::State {
 };
 
 EmbreeDrop::EmbreeDrop(double bounding_radius_m) : state_(std::make_unique<State>()) {
-  const RTCDevice device = shared_device();
+  const RTCDevice device = embree_device();
   state_->radius = std::nextafter(static_cast<float>(bounding_radius_m) * 1.001f, 1e30f);
   state_->scene = rtcNewScene(device);
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
@@ -99,7 +79,7 @@ std::optional<DropHit> EmbreeDrop::intersect(const DropInstant& drop,
   context.origin_m = origin_m;
   context.direction = direction;
   context.side = side;
-  RTCRayHit rayhit = make_rayhit(origin_m, direction);
+  RTCRayHit rayhit = make_rayhit(origin_m, direction, infinite);
   rtcIntersect1(state_->scene, &context.embree, &rayhit);
   return rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::nullopt : context.hit;
 }
@@ -143,7 +123,7 @@ struct MeshDrop::State {
 };
 
 MeshDrop::MeshDrop(const DropInstant& drop, int levels) : state_(std::make_unique<State>()) {
-  const RTCDevice device = shared_device();
+  const RTCDevice device = embree_device();
   const SphereMesh mesh = subdivided_octahedron(levels);
   state_->triangles = mesh.triangles;
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -180,7 +160,7 @@ std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
                                            const Eigen::Vector3d& direction) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRayHit rayhit = make_rayhit(origin_m, direction);
+  RTCRayHit rayhit = make_rayhit(origin_m, direction, infinite);
   rtcIntersect1(state_->scene, &context, &rayhit);
   if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   const auto& triangle = state_->triangles[rayhit.hit.primID];

@@ -373,6 +373,19 @@ std::vector<Band> bands_of(const Preset& preset) {
   return {{.name = "Y", .refractive_index = preset.field.paths.refractive_index}};
 }
 
+DropShape drop_shape(const Preset& preset, int oscillation, double r0_m) {
+  const auto diameter_um = static_cast<int>(std::lround(2e6 * r0_m));
+  DropShape drop = drop_of(preset, set_of(preset, oscillation), diameter_um);
+  drop.mean_radius_m = r0_m;
+  if (least_relative_radius(drop) > smallest_relative_radius) return drop;
+  const double nearest = minimum_relative_radius(drop, span_of(preset));
+  if (nearest > smallest_relative_radius) return drop;
+  throw std::runtime_error(fmt::format(
+      "set {} at a radius of {} mm: the drop's surface comes as near as {:.3f} r0 to its "
+      "centre; expected more than {} r0",
+      oscillation, 1e3 * r0_m, nearest, smallest_relative_radius));
+}
+
 StreakRequest shard_request(const Preset& preset, const ShardKey& key, int band) {
   StreakRequest request;
   request.drop = drop_of(preset, set_of(preset, key.oscillation), key.diameter_um);

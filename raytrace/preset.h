@@ -75,6 +75,11 @@ std::vector<Band> bands_of(const Preset& preset);
 // The set of that index. Throws std::invalid_argument when the preset has none.
 const OscillationSet& set_of(const Preset& preset, int oscillation);
 
+// The drop of a set of that mean radius, which need not be one of the preset's: what scenes are
+// full of. oscillation: an index of preset.sets' `index`; r0_m > 0. Throws std::runtime_error where
+// the amplitudes overwhelm it (as read_preset), std::invalid_argument for a set that is not there.
+DropShape drop_shape(const Preset& preset, int oscillation, double r0_m);
+
 // The tracer's request for one shard and band (index into bands_of); the oscillation is an index of
 // preset.sets' `index`.
 StreakRequest shard_request(const Preset& preset, const ShardKey& key, int band = 0);

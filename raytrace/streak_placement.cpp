@@ -68,6 +68,14 @@ LitStreak lit_streak(const Illumination& lit, const DropFrame& frame) {
 
 }  // namespace
 
+Eigen::Matrix3d drop_axes(const CameraFrame& camera, const Eigen::Vector3d& velocity,
+                          const Eigen::Vector3d& toward_camera) {
+  const DropFrame frame = drop_frame(camera, velocity, toward_camera);
+  Eigen::Matrix3d axes;
+  axes << frame.x, frame.y, frame.z;
+  return axes;
+}
+
 SegmentTimes segment_times(double camera_exposure_s, double r0_m, const StreakGeometry& geometry) {
   const double each_s = geometry.exposure_s * std::pow(r0_m / geometry.mean_radius_m, 1.5);
   // Both come from decimal text: a millionth more is no other segment.

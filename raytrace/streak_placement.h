@@ -88,6 +88,11 @@ struct StreakPlacement {
 std::optional<StreakPlacement> place_streak(const Scene& scene, const Drop& drop,
                                             const StreakGeometry& geometry, int segment = 0);
 
+// Columns x, y, z of the frame above for a drop of that velocity (not zero) seen along
+// toward_camera (unit): what its transverse modes are turned by.
+Eigen::Matrix3d drop_axes(const CameraFrame& camera, const Eigen::Vector3d& velocity,
+                          const Eigen::Vector3d& toward_camera);
+
 // The row of a cell (view i: path_i rows, the same top) that belongs to row r of a placement with
 // path_rows: r above the path, top + (r - top) path_i / path_rows on it, r - path_rows + path_i
 // below. Flux between two rows is the difference of the cell's cumulative sums at the mapped rows,
