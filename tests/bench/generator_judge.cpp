@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "atlas/atomic_file.h"
+#include "atlas/flag_values.h"
 #include "tests/bench/brute_trial.h"
 
 namespace pluvia {

@@ -1,4 +1,5 @@
 #include "tests/bench/shard_choice.h"
+#include "atlas/flag_values.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,16 +98,6 @@ void apply_item(const std::string& item, StreakRequest& request) {
 }
 
 }  // namespace
-
-CLI::Validator finite_range(double low, double high) {
-  const auto check = [low, high](const std::string& text) {
-    double value = 0;
-    if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
-      return std::string();
-    return fmt::format("{}; expected {} .. {}", text, low, high);
-  };
-  return {check, fmt::format("FLOAT in [{} - {}]", low, high)};
-}
 
 void add_shard_options(CLI::App& app, ShardFlags& flags) {
   app.add_option("preset", flags.preset, "preset, TOML")->required();

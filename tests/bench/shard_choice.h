@@ -23,9 +23,6 @@ struct ShardFlags {
   std::string csv = {};
 };
 
-// CLI::Range lets nan pass: it is neither below the range nor above.
-CLI::Validator finite_range(double low, double high);
-
 void add_shard_options(CLI::App& app, ShardFlags& flags);
 
 struct ChosenShard {

@@ -1,0 +1,39 @@
+// `pluvia render`: its flags, those of a frame's quality, and frames to files.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "realtime/rain_renderer.h"
+
+namespace pluvia {
+
+struct QualityFlags {  // of a frame
+  std::string lookup = "view-linear", packets = "automatic";
+  int sky_degree = RenderOptions{}.sky_degree;
+  double far_streaks = RenderOptions{}.far_streaks;
+};
+
+struct RenderFlags {
+  std::string scene = {}, atlas = {}, out = {};
+  int frames = 1;
+  int frames_per_s = 24;
+  double start_s = 1;
+  bool plan = false;
+  QualityFlags quality = {};
+};
+
+void add_quality(CLI::App& command, QualityFlags& flags);
+RenderOptions render_options(const QualityFlags& flags);
+
+CLI::App* add_render(CLI::App& app, RenderFlags& flags);
+
+// Writes the frames, their video and costs.json, or none of it with --plan; returns lines about
+// that. progress: what was written, and the share of the whole. Throws std::runtime_error as
+// RainRenderer, and for files; CLI::ValidationError for flags that do not go together.
+std::string render_frames(const RenderFlags& flags,
+                          const std::function<void(const std::string&, double)>& progress);
+
+}  // namespace pluvia
