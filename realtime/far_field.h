@@ -1,18 +1,21 @@
 // The far field: where many streaks cross each pixel, a few of them stand for all.
 //
 // Of one size, n drops a cubic metre, a streak is L = v exposure long, so seen from the side
-//   n L s^2 / f
-// of them cross a pixel within an e-fold of the distance s across the fall (f: focal length in px;
-// seen from above or below no fewer do). Where that is more than far_streaks, a cell keeps the
-// share q = far_streaks f / (n L s^2) of its drops, the first ones, which are as random as any, and
-// each counts for 1 / q: q times the number of drops, the last one for what is missing. So the sum
-// of what the drops of a cell count for is always their number: the mean of the picture's light and
-// optical depth stays, and nothing jumps while the camera moves. What grows is the grain: what an
-// e-fold of distance adds to a pixel varies by 1 / sqrt(far_streaks) of its mean, instead of by
-// 1 / sqrt(n L s^2 / f). n includes the density map.
+//   n L s w / f
+// of them cross a pixel within a stretch w of the way at the distance s across the fall (f: focal
+// length in px; seen from above or below no fewer do). w is the stretch over which their light
+// stays alike: an e-fold of the distance, w = s, or 2 r where a lamp is nearer, r its distance
+// across the fall. Where that is more than far_streaks, a cell keeps the share
+// q = far_streaks f / (n L s w) of its drops, the first ones, which are as random as any, and each
+// counts for 1 / q: q times the number of drops, the last one for what is missing. So the sum of
+// what the drops of a cell count for is always their number: the mean of the picture's light and
+// optical depth stays, and nothing jumps while the camera moves. What grows is the grain: what a
+// stretch adds to a pixel varies by 1 / sqrt(far_streaks) of its mean, instead of by
+// 1 / sqrt(n L s w / f); and a glint that is that much brighter is rarer. n includes the density
+// map.
 //
-// Cost: a size has far_streaks f / L drops for each radian and metre of height and e-fold of
-// distance left, however dense the rain and however far the local space.
+// Cost: beyond the lamps a size has far_streaks f / L drops for each radian and metre of height and
+// e-fold of distance left, however dense the rain and however far the local space.
 #pragma once
 
 #include "raytrace/rain_packets.h"

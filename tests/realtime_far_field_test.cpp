@@ -24,6 +24,7 @@ std::vector<SizedCell> all_cells(const Scene& scene, const RainSpace& space) {
 Scene dense_rain() {
   Scene scene = rainy_scene(0);
   scene.mesh = {};
+  scene.lights = {{.name = "sun", .kind = LightKind::sun, .illuminance_lux = {9, 7, 4}}};
   scene.rain.box_min_m = {-30, -30, -3};
   scene.rain.box_max_m = {30, 30, 7};
   scene.rain.sizes = {{.drops_per_m3 = 60}};
@@ -64,6 +65,35 @@ TEST(FarField, WhereFewStreaksCrossAPixelEachIsDrawn) {
       EXPECT_GT(kept.counts_for, 1);
     }
   }
+}
+
+TEST(FarField, DropsNearALampAreAllDrawn) {
+  Scene scene = dense_rain();
+  const RainSpace space = make_rain_space(scene);
+  const Eigen::Vector3d lamp_m(4, 15, 5);
+  Scene lit = scene;
+  lit.lights.push_back({.name = "lamp", .position_m = lamp_m, .intensity_cd = {1, 1, 1}});
+  int near = 0, far = 0;
+  for (const SizedCell& cell : all_cells(scene, space)) {
+    if (cell.cell.count == 0) continue;
+    const Eigen::Vector2d middle =
+        space.sizes[0].cell_m * Eigen::Vector2d(cell.cell.x + 0.5, cell.cell.y + 0.5);
+    const double beside_m = (middle - lamp_m.head<2>()).norm();
+    const double counts_for = kept_drops(lit, space, cell, 4).counts_for;
+    const double without = kept_drops(scene, space, cell, 4).counts_for;
+    EXPECT_LE(counts_for, without);
+    // At 16 m four streaks cross a pixel over 5 m of the way.
+    if (beside_m < 1) {
+      EXPECT_EQ(counts_for, 1);
+      ++near;
+    }
+    if (beside_m > 15) {
+      EXPECT_EQ(counts_for, without);
+      ++far;
+    }
+  }
+  EXPECT_GT(near, 3);
+  EXPECT_GT(far, 100);
 }
 
 TEST(FarField, NothingJumpsWhileTheCameraMoves) {

@@ -2,7 +2,7 @@
 // same drops (validate/frame_composite.h): costs are medians of frames of one run on one machine,
 // so that rows may be compared with each other and with nothing else.
 //   rain_judge [ATLAS] [--drops 10000] [--lights 1] [--scale 1] [--frames 5]
-//   [--most-samples 6] [--against-walk]
+//   [--most-samples 6] [--against-walk] [--only TEXT]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -27,7 +27,7 @@ namespace pluvia {
 namespace {
 
 struct JudgeFlags {
-  std::string atlas = {};
+  std::string atlas = {}, only = {};
   double drops = 1e4, scale = 1;
   int lights = 1, frames = 5, most_samples = 6;
   bool against_walk = false;
@@ -121,6 +121,7 @@ void run(const JudgeFlags& flags) {
   fmt::print("| path | FLIP | relative RMSE | rain ms | CPU ms |\n|---|---|---|---|---|\n");
   for (const Path& path : paths) {
     if (path.supersampling > flags.most_samples) continue;
+    if (path.name.find(flags.only) == std::string::npos) continue;
     Scene sampled = scene;
     sampled.camera.width_px *= path.supersampling;
     sampled.camera.height_px *= path.supersampling;
@@ -153,6 +154,7 @@ int main(int argc, char** argv) {
   app.add_option("--scale", flags.scale, "1: drops 12 to 40 m away")->check(CLI::Range(0.05, 10.0));
   app.add_option("--most-samples", flags.most_samples, "of the billboards, along a pixel's side")
       ->check(CLI::Range(1, 6));
+  app.add_option("--only", flags.only, "rows with this in their name");
   app.add_flag("--against-walk", flags.against_walk,
                "the judge is the walk of every drop, in seconds");
   app.add_option("--frames", flags.frames, "of which the median is taken")
