@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "atlas/streak_atlas.h"
 #include "raytrace/generate.h"
 #include "validate/picture_comparison.h"
 #include "validate/report.h"
@@ -29,6 +30,19 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
 // database's factors (gn2006.log_factor_rms.osc0 and .all, with the worst five directions).
 void add_database_checks(const std::string& database_folder, const std::string& factor_file,
                          Report& report);
+
+// The area that the rigid sphere's pictures cover against its disc: gn2006.sphere_coverage.osc0.
+void add_coverage_check(const std::string& database_folder, Report& report);
+
+// A streak of the database, of a drop that is not its own mirror image, against brute force of the
+// drop that the manifest tells: gn2006.brute_force.osc6.easy and .hard. What the database lacks is
+// skipped.
+void add_streak_checks(const std::string& database_folder, const Progress& progress,
+                       Report& report);
+
+// An atlas against the database that it was packed from, every texel of every level: atlas.cells
+// and atlas.mips. Skipped for the atlas of another database, and where there are several bands.
+void add_atlas_checks(const std::string& database_folder, const StreakAtlas& atlas, Report& report);
 
 // Pictures of the database: every oscillation under one light, and one oscillation under many.
 void add_gallery(const std::string& database_folder, Report& report);

@@ -35,6 +35,8 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   step("real factors", 0);
   add_database_checks(inputs.database_folder,
                       inputs.data_folder + "/factors/garg_nayar_2006_point_factors.csv", database);
+  add_coverage_check(inputs.database_folder, database);
+  add_atlas_checks(inputs.database_folder, read_atlas(inputs.atlas_folder), database);
   add_gallery(inputs.database_folder, database);
   step("frame", 0.02);
   add_frame_check(inputs.scene_file, inputs.atlas_folder, inputs.time_s, frame);
@@ -50,8 +52,11 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   add_energy_check(preset, report);
   add_mesh_check(preset, report);
   add_field_checks(
-      preset, [&](const std::string& what, double share) { step(what, 0.25 + 0.74 * share); },
+      preset, [&](const std::string& what, double share) { step(what, 0.25 + 0.70 * share); },
       report);
+  add_streak_checks(
+      inputs.database_folder,
+      [&](const std::string& what, double share) { step(what, 0.95 + 0.04 * share); }, database);
   append(report, database);
   append(report, frame);
   step("report", 1);
