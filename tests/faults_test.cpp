@@ -14,10 +14,17 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "atlas/image_io.h"
 #include "atlas/streak_atlas.h"
+#include "raytrace/drop_field.h"
+#include "realtime/rain_renderer.h"
 #include "tests/faulty_database.h"
+#include "tests/realtime_fixture.h"
 #include "tests/sample_database.h"
+#include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
+#include "validate/frame_composite.h"
+#include "validate/metrics.h"
 
 namespace pluvia {
 namespace {
@@ -26,6 +33,7 @@ struct Fault {
   const char* name = "";   // also of the test
   const char* check = "";  // that must catch it
   std::function<Report(bool faulty)> report = {};
+  bool draws = false;
 };
 
 void PrintTo(const Fault& fault, std::ostream* out) {
@@ -43,6 +51,7 @@ class Validator : public testing::TestWithParam<Fault> {};
 
 TEST_P(Validator, Catches) {
   const Fault& fault = GetParam();
+  if (fault.draws) PLUVIA_NEEDS_OPENGL();
   const Report right_report = fault.report(false), wrong_report = fault.report(true);
   const Check& right = check_named(right_report, fault.check);
   const Check& wrong = check_named(wrong_report, fault.check);
@@ -170,6 +179,92 @@ Report atlas_of_double_coverage(bool faulty) {
   return atlas_report(faulty, double_atlas_coverage);
 }
 
+// --- the lookup of light, and the frame ---
+
+// h -> -h: every picture is that of the lamp on the other side.
+void mirror_cells(StreakAtlas& atlas) {
+  for (AtlasLayer& layer : atlas.layers) {
+    Image& picture = layer.point.at(0);
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = 0; x < picture.width; x += atlas.cell_width_px) {
+        float* const row = &picture.at(x, y);
+        std::reverse(row, row + atlas.cell_width_px);
+      }
+    }
+  }
+}
+
+Report lamp_report(bool faulty) {
+  const TemporaryFolder folder;
+  write_traced(folder.path(), {.oscillations = {0}});
+  StreakAtlas atlas = pack_database(folder.path());
+  if (faulty) mirror_cells(atlas);
+  Report report;
+  add_lamp_check(folder.path(), atlas, report);
+  return report;
+}
+
+// The synthetic pictures as bright and as dense as those of a drop: it covers its disc, is as
+// bright as a uniform environment, and scatters about a tenth of a lamp's light into a steradian.
+StreakAtlas drop_like_atlas() {
+  StreakAtlas atlas = quarter_atlas();
+  const CellRect cell = cell_rect(atlas, 0, 0, 0);
+  double covered_px = 0;
+  for (int y = 0; y < cell.height; ++y) {
+    for (int x = 0; x < cell.width; ++x)
+      covered_px += static_cast<double>(atlas.layers[0].coverage[0].at(cell.x + x, cell.y + y));
+  }
+  const double disc_px = std::numbers::pi * std::pow(atlas.mean_radius_m / atlas.pixel_m, 2);
+  const auto scale = [](std::vector<Image>& levels, double factor) {
+    for (Image& level : levels) {
+      for (float& value : level.values) value *= static_cast<float>(factor);
+    }
+  };
+  for (AtlasLayer& layer : atlas.layers) {  // synthetic: coverage 0.01, environment 0.2, lamps 1
+    scale(layer.coverage, disc_px / covered_px);
+    scale(layer.env, 0.01 / 0.2 * disc_px / covered_px);
+    scale(layer.point, 0.1 * 0.01 * disc_px / covered_px);
+  }
+  return atlas;
+}
+
+// The renderer has the fault, its judge has not.
+Report frame_report(const std::function<void(StreakAtlas&)>& spoil) {
+  const Scene scene = rainy_scene(3000);
+  const StreakAtlas atlas = drop_like_atlas();
+  StreakAtlas drawn = atlas;
+  if (spoil) spoil(drawn);
+  RainRenderer renderer(scene, drawn);
+  const Frame frame = renderer.render(0.5);
+  const int sets = static_cast<int>(atlas.layers.size());
+  const FrameComposite truth =
+      composite_frame(scene, atlas, drop_field(scene, make_rain_space(scene), sets, 0.5),
+                      sky_of(scene, atlas, 0), frame.background, frame.depth_m);
+  Report report;
+  add_frame_comparison(scene, frame, truth, "a scene", report);
+  return report;
+}
+
+Report frame_of_shifted_cells(bool faulty) {
+  return frame_report(faulty ? shift_lights : std::function<void(StreakAtlas&)>());
+}
+Report frame_of_double_coverage(bool faulty) {
+  return frame_report(faulty ? double_atlas_coverage : std::function<void(StreakAtlas&)>());
+}
+
+// A ramp over what a screen shows, and a little more.
+Report png_report(bool faulty) {
+  const double white = 2.5;
+  Image frame = make_image(64, 16, 3);
+  for (std::size_t i = 0; i < frame.values.size(); ++i)
+    frame.values[i] = static_cast<float>(1.1 * white * static_cast<double>(i) / (64 * 16 * 3));
+  // Encoded before write_png encodes.
+  const auto png = faulty ? png_bytes(srgb_of(frame, white)) : png_bytes(frame, white);
+  Report report;
+  add_png_check(png, frame, white, report);
+  return report;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Faults, Validator,
     testing::Values(
@@ -180,7 +275,11 @@ INSTANTIATE_TEST_SUITE_P(
               database_of_double_coverage},
         Fault{"AtlasCellsShiftedByOne", "atlas.cells", shifted_atlas},
         Fault{"MipsThatBleed", "atlas.mips", bleeding_atlas},
-        Fault{"AtlasOfDoubleCoverage", "atlas.cells", atlas_of_double_coverage}),
+        Fault{"AtlasOfDoubleCoverage", "atlas.cells", atlas_of_double_coverage},
+        Fault{"LookupOfMirroredAzimuth", "frame.lamp_side", lamp_report},
+        Fault{"FrameOfCellsShiftedByOne", "frame.composite", frame_of_shifted_cells, true},
+        Fault{"FrameOfDoubleCoverage", "frame.composite", frame_of_double_coverage, true},
+        Fault{"GammaTwice", "frame.png", png_report}),
     [](const testing::TestParamInfo<Fault>& one) { return one.param.name; });
 
 }  // namespace

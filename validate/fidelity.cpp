@@ -21,6 +21,13 @@ void append(Report& to, const Report& from) {
   add(to.skipped, from.skipped);
 }
 
+// The atlas is let go before the frame reads its own.
+void add_packing_checks(const FidelityInputs& inputs, Report& report) {
+  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  add_atlas_checks(inputs.database_folder, atlas, report);
+  add_lamp_check(inputs.database_folder, atlas, report);
+}
+
 }  // namespace
 
 Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) {
@@ -36,7 +43,7 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   add_database_checks(inputs.database_folder,
                       inputs.data_folder + "/factors/garg_nayar_2006_point_factors.csv", database);
   add_coverage_check(inputs.database_folder, database);
-  add_atlas_checks(inputs.database_folder, read_atlas(inputs.atlas_folder), database);
+  add_packing_checks(inputs, database);
   add_gallery(inputs.database_folder, database);
   step("frame", 0.02);
   add_frame_check(inputs.scene_file, inputs.atlas_folder, inputs.time_s, frame);
