@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atomic_file.h"
+#include "tests/sample_database.h"
 #include "tests/temporary_folder.h"
 #include "validate/sphere_closed_form.h"
 
@@ -218,6 +219,42 @@ TEST(Checks, GalleryShowsTheLightBehindTheDrop) {
   // the others have the dark value of any other place.
   const Image& picture = report.figures[0].panels[0].image;
   EXPECT_NEAR(picture.at(2, 1) - 0.75 * picture.at(0, 0), 0.25 * 5 * 0.302834, 1e-6);
+}
+
+TEST(Checks, AtlasOfAnotherDatabaseIsNotCompared) {
+  const TemporaryFolder folder;
+  write_database(folder.path());
+  StreakAtlas atlas = pack_database(folder.path());
+  atlas.database_sha256 = "another";
+  Report report;
+  add_atlas_checks(folder.path(), atlas, report);
+  EXPECT_TRUE(report.checks.empty());
+  ASSERT_EQ(report.skipped.size(), 1u);
+  EXPECT_THAT(report.skipped[0], testing::HasSubstr("packed from another database"));
+}
+
+TEST(Checks, AtlasThatLacksWhatItsDatabaseHasFailsByName) {
+  const TemporaryFolder folder;
+  write_database(folder.path());
+  const StreakAtlas whole = pack_database(folder.path());
+  StreakAtlas renamed = whole, cut = whole;
+  renamed.lights[1].azimuth_deg = 350;  // no light of the database
+  cut.layers.pop_back();
+  for (const StreakAtlas& atlas : {renamed, cut}) {
+    Report report;
+    add_atlas_checks(folder.path(), atlas, report);
+    EXPECT_FALSE(passes(check_named(report, "atlas.cells")));
+  }
+}
+
+TEST(Checks, DatabaseWithoutTheStreaksThatAreJudgedIsSkippedWithTheReason) {
+  const TemporaryFolder folder;
+  write_made_up(folder.path(), {});
+  Report report;
+  add_streak_checks(folder.path(), {}, report);
+  EXPECT_TRUE(report.checks.empty());
+  ASSERT_EQ(report.skipped.size(), 1u);
+  EXPECT_THAT(report.skipped[0], testing::HasSubstr("the database has no oscillation 6"));
 }
 
 }  // namespace

@@ -192,5 +192,17 @@ TEST(SphereClosedForm, WholeSphereOfLightsReturnsTheEnergyOfTheOrders) {
   EXPECT_NEAR(sum / normalisation, energy, 2e-3);
 }
 
+TEST(SphereClosedForm, LightIsSeenWhereItsRaysLeave) {
+  for (const double angle : {0.3, 1.0, 2.0, 3.0}) {
+    // A mirror shows the lamp at incidence (pi - angle) / 2, on the lamp's side.
+    EXPECT_NEAR(sphere_light_position(1.333, 0, angle), std::cos(angle / 2), 1e-12) << angle;
+  }
+  // A lens shows it upside down: small angles are 2 (b - b / n), and reflection is 2 % of that.
+  const double angle = 0.02, b = angle / 2 / (1 - 1 / 1.333);
+  const double reflected = sphere_intensity(1.333, 0, angle) / sphere_intensity(1.333, 1, angle);
+  EXPECT_NEAR(sphere_light_position(1.333, 1, angle),
+              reflected * std::cos(angle / 2) - (1 - reflected) * b, 1e-4);
+}
+
 }  // namespace
 }  // namespace pluvia

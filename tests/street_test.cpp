@@ -70,7 +70,7 @@ TEST(Street, TheCloseSceneShowsWideStreaks) {
     // A drop of 3.2 mm is 11.2 of the database's pixels wide.
     wide += 11.2 * placed->column_px.norm() > 10;
   }
-  // 0.59 m^3 of the box are in view: 29 +- 5.4 streaks, bounds at 3 sigma.
+  // 0.59 m^3 of the box are in view: 29 +- 5.4 streaks, bounds at 3 sigma: false alarm 0.25 %.
   EXPECT_GE(seen, 13);
   EXPECT_LE(seen, 45);
   EXPECT_GE(wide, 1);

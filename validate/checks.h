@@ -4,12 +4,18 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "atlas/streak_atlas.h"
 #include "raytrace/generate.h"
 #include "validate/picture_comparison.h"
 #include "validate/report.h"
 
 namespace pluvia {
+
+struct Frame;           // realtime/rain_renderer.h
+struct FrameComposite;  // validate/frame_composite.h
+struct Scene;           // raytrace/scene.h
 
 // A sphere of index 1.333 against the closed form: sphere.energy.p0 .. p3, sphere.rainbow.p2_deg
 // and p3_deg (as the extremum of traced exit directions), sphere.intensity.rms.
@@ -30,13 +36,40 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
 void add_database_checks(const std::string& database_folder, const std::string& factor_file,
                          Report& report);
 
+// The area that the rigid sphere's pictures cover against its disc: gn2006.sphere_coverage.osc0.
+void add_coverage_check(const std::string& database_folder, Report& report);
+
+// A streak of the database, of a drop that is not its own mirror image, against brute force of the
+// drop that the manifest tells: gn2006.brute_force.osc6.easy and .hard. What the database lacks is
+// skipped.
+void add_streak_checks(const std::string& database_folder, const Progress& progress,
+                       Report& report);
+
+// An atlas against the database that it was packed from, every texel of every level: atlas.cells
+// and atlas.mips. Skipped for the atlas of another database, and where there are several bands.
+void add_atlas_checks(const std::string& database_folder, const StreakAtlas& atlas, Report& report);
+
+// Whether a lamp on the right lights the right side of a drop: frame.lamp_side, the composited
+// streak of the atlas's rigid sphere against closed-form rays of the sphere that the database's
+// manifest tells.
+void add_lamp_check(const std::string& database_folder, const StreakAtlas& atlas, Report& report);
+
 // Pictures of the database: every oscillation under one light, and one oscillation under many.
 void add_gallery(const std::string& database_folder, Report& report);
 
-// One real-time frame against a double-precision composite of the same drops: frame.composite, and
-// add_picture_checks with the prefix frame.
+// One real-time frame against a double-precision composite of the same drops: frame.composite,
+// frame.png, and add_picture_checks with the prefix frame.
 void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
                      Report& report);
+
+// The same of a frame and its composite that are there already. what: "NAME at TIME".
+void add_frame_comparison(const Scene& scene, const Frame& frame, const FrameComposite& truth,
+                          const std::string& what, Report& report);
+
+// A frame's PNG (atlas/image_io.h) against its radiance: frame.png. Throws std::runtime_error for
+// bytes that are no PNG of the frame's size.
+void add_png_check(const std::vector<unsigned char>& png, const Image& frame, double white,
+                   Report& report);
 
 // The metrics of pictures (docs/fidelity.md), as prefix.psnr.ldr and .hdr, .ssim, .ms_ssim,
 // .flip.ldr and .hdr, .streak_flux, .streaks.brightness, .width and .lean, .spectrum.rings and

@@ -21,6 +21,13 @@ void append(Report& to, const Report& from) {
   add(to.skipped, from.skipped);
 }
 
+// The atlas is let go before the frame reads its own.
+void add_packing_checks(const FidelityInputs& inputs, Report& report) {
+  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  add_atlas_checks(inputs.database_folder, atlas, report);
+  add_lamp_check(inputs.database_folder, atlas, report);
+}
+
 }  // namespace
 
 Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) {
@@ -35,6 +42,8 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   step("real factors", 0);
   add_database_checks(inputs.database_folder,
                       inputs.data_folder + "/factors/garg_nayar_2006_point_factors.csv", database);
+  add_coverage_check(inputs.database_folder, database);
+  add_packing_checks(inputs, database);
   add_gallery(inputs.database_folder, database);
   step("frame", 0.02);
   add_frame_check(inputs.scene_file, inputs.atlas_folder, inputs.time_s, frame);
@@ -50,8 +59,11 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   add_energy_check(preset, report);
   add_mesh_check(preset, report);
   add_field_checks(
-      preset, [&](const std::string& what, double share) { step(what, 0.25 + 0.74 * share); },
+      preset, [&](const std::string& what, double share) { step(what, 0.25 + 0.70 * share); },
       report);
+  add_streak_checks(
+      inputs.database_folder,
+      [&](const std::string& what, double share) { step(what, 0.95 + 0.04 * share); }, database);
   append(report, database);
   append(report, frame);
   step("report", 1);

@@ -9,6 +9,7 @@
 
 #include "raytrace/brute_force.h"
 #include "validate/checks.h"
+#include "validate/false_alarm.h"
 #include "validate/metrics.h"
 
 namespace pluvia {
@@ -17,6 +18,8 @@ namespace {
 
 // The streak of the comparison: strong oscillation across the view, seen from 20 degrees above.
 constexpr ShardKey compared_shard = {3200, 6, 20};
+
+constexpr int replicates = 16;  // of brute force
 
 struct ComparedLight {
   LightDirection light = {};
@@ -94,13 +97,13 @@ NoisyError add_panels(const StreakRequest& request, const ComparedLight& compare
 }
 
 void add_picture_check(const ComparedLight& compared, const NoisyError& error, Report& report) {
+  const double bound = two_sided_bound(report_false_alarm, report_comparisons);
   Check check = deviation(
-      fmt::format("field.picture.{}", compared.check), error.squared, 0, 3, "standard errors",
+      fmt::format("field.picture.{}", compared.check), error.squared, 0, bound, "standard errors",
       fmt::format("The streak's pixels under the light {}: measured is the square of the relative "
                   "RMSE between exit field and brute force, less what the noise of both makes. "
-                  "Three standard errors of that is the bound: a relative RMSE of {:.3f} would be "
-                  "seen.",
-                  compared.what, std::sqrt(3 * error.standard_error)),
+                  "{} A relative RMSE of {:.3f} would be seen.",
+                  compared.what, false_alarm_text(), std::sqrt(bound * error.standard_error)),
       error.standard_error);
   check.uncertainty = error.standard_error;
   report.checks.push_back(check);
@@ -115,13 +118,13 @@ void add_flux_checks(const ComparedLight& compared, double field_flux, const Est
   flux.expected = brute.mean;
   flux.uncertainty = brute.standard_error;
   flux.value = std::abs(field_flux - brute.mean) / brute.standard_error;
-  flux.bound = 3;
+  flux.bound = two_sided_bound(report_false_alarm, report_comparisons, replicates - 1);
   flux.unit = "standard errors";
   flux.why = fmt::format(
       "Sum of the streak's pixels under the light {}: exit field against {:.0f} million "
       "brute-force rays that share only the intersection. The standard error is brute force's own, "
-      "from its replicates; three of them is the bound.",
-      compared.what, rays / 1e6);
+      "from its {} replicates, which makes the deviation Student's. {}",
+      compared.what, rays / 1e6, replicates, false_alarm_text());
   report.checks.push_back(flux);
   report.checks.push_back(deviation(
       name + ".standard_error", brute.standard_error / brute.mean, 0, 0.005, "relative",
@@ -149,7 +152,7 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
 
   start = std::chrono::steady_clock::now();
   BruteOptions options;
-  options.replicates = 16;
+  options.replicates = replicates;
   options.instants = 512;
   options.rays_per_instant = 3000;
   const BruteStreak brute = brute_force_streak(request, options, [&](double share) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "atlas/image_io.h"
 #include "raytrace/drop_field.h"
 #include "raytrace/moving_parts.h"
 #include "realtime/rain_renderer.h"
@@ -28,37 +29,16 @@ Image luminance_difference(const Image& a, const Image& b) {
 
 }  // namespace
 
-void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
-                     Report& report) {
-  Scene scene = read_scene(scene_file);
-  scene.camera = camera_at(scene, time_s);
-  pose(scene, time_s);
-  scene.splashes.reset();  // the composite lays down streaks alone
-  const StreakAtlas atlas = read_atlas(atlas_folder);
-  RainRenderer renderer(scene, atlas);
-  renderer.render(time_s);  // the first frame compiles and uploads
-  const Frame frame = renderer.render(time_s);
-  for (const PassCost& cost : frame.costs)
-    report.timings_s.emplace_back("real-time frame: " + cost.pass, cost.wall_s);
-
-  const auto start = Clock::now();
-  const auto drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
-  const SkyLight sky = sky_of(scene, atlas, RenderOptions{}.sky_degree);
-  const FrameComposite truth =
-      composite_frame(scene, atlas, drops, sky, frame.background, frame.depth_m);
-  report.timings_s.emplace_back("double-precision composite of the same frame",
-                                seconds_since(start));
-
+void add_frame_comparison(const Scene& scene, const Frame& frame, const FrameComposite& truth,
+                          const std::string& what, Report& report) {
   const Image ours = rain_layer(frame.color, frame.background);
   Check check = deviation(
       "frame.composite", relative_rmse(ours, truth.rain), 0, 0.02, "relative RMSE",
-      fmt::format("Rain-only signal (frame minus the frame without rain) of {} at {:.2f} s, {} "
+      fmt::format("Rain-only signal (frame minus the frame without rain) of {}, {} "
                   "streaks in view: the real-time renderer against exact areas of every texel over "
                   "every pixel in double precision, drops composited in depth order, from the same "
                   "drops, database, background and depth. Both are deterministic: no uncertainty.",
-                  scene_file.substr(scene_file.find_last_of('/') + 1), time_s,
-                  frame.streaks_in_view));
+                  what, frame.streaks_in_view));
   report.checks.push_back(check);
 
   const double white = scene.camera.white_cd_m2;
@@ -82,6 +62,35 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
                       .streaks = truth.streaks},
                      report);
   report.timings_s.emplace_back("picture metrics", seconds_since(comparing));
+}
+
+void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
+                     Report& report) {
+  Scene scene = read_scene(scene_file);
+  scene.camera = camera_at(scene, time_s);
+  pose(scene, time_s);
+  scene.splashes.reset();  // the composite lays down streaks alone
+  const StreakAtlas atlas = read_atlas(atlas_folder);
+  RainRenderer renderer(scene, atlas);
+  renderer.render(time_s);  // the first frame compiles and uploads
+  const Frame frame = renderer.render(time_s);
+  for (const PassCost& cost : frame.costs)
+    report.timings_s.emplace_back("real-time frame: " + cost.pass, cost.wall_s);
+
+  const auto start = Clock::now();
+  const auto drops =
+      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
+  const SkyLight sky = sky_of(scene, atlas, RenderOptions{}.sky_degree);
+  const FrameComposite truth =
+      composite_frame(scene, atlas, drops, sky, frame.background, frame.depth_m);
+  report.timings_s.emplace_back("double-precision composite of the same frame",
+                                seconds_since(start));
+  add_frame_comparison(
+      scene, frame, truth,
+      fmt::format("{} at {:.2f} s", scene_file.substr(scene_file.find_last_of('/') + 1), time_s),
+      report);
+  const double white = scene.camera.white_cd_m2;
+  add_png_check(png_bytes(frame.color, white), frame.color, white, report);
 }
 
 }  // namespace pluvia

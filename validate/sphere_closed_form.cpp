@@ -30,25 +30,32 @@ double deviation_rad(double refractive_index, int order, double incidence_rad) {
   return 2 * incidence_rad - 2 * order * r + (order - 1) * pi;
 }
 
-// Adds the ray between two angles of incidence whose deviations lie on either side of `target`.
-double ray_intensity(double refractive_index, int order, double target, double low, double high) {
+// The angle of incidence between two whose deviations lie on either side of `target`.
+double incidence_rad(double refractive_index, int order, double target, double low, double high) {
   const bool rises = deviation_rad(refractive_index, order, high) > target;
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
     const bool above = deviation_rad(refractive_index, order, middle) > target;
     (above == rises ? high : low) = middle;
   }
-  const double b = std::sin(low), cr = std::sqrt(1 - std::pow(b / refractive_index, 2));
-  // d deviation / d i; b db = sin i cos i di.
-  const double slope = order == 0 ? 2 : 2 - 2 * order * std::cos(low) / (refractive_index * cr);
-  return sphere_throughput(refractive_index, order, b) * b * std::cos(low) / std::abs(slope);
+  return low;
 }
 
-}  // namespace
+double ray_intensity(double refractive_index, int order, double incidence) {
+  const double b = std::sin(incidence), cr = std::sqrt(1 - std::pow(b / refractive_index, 2));
+  // d deviation / d i; b db = sin i cos i di.
+  const double slope =
+      order == 0 ? 2 : 2 - 2 * order * std::cos(incidence) / (refractive_index * cr);
+  return sphere_throughput(refractive_index, order, b) * b * std::cos(incidence) / std::abs(slope);
+}
 
-double sphere_intensity(double refractive_index, int max_order, double angle_rad) {
+// Calls visit(intensity, position) for each ray that leaves at that scattering angle;
+// position: its impact, > 0 on the side of the disc from which the light comes. What enters the
+// drop turns toward the axis (order >= 1): it is seen on the other side, unless it has turned by
+// more than half a circle.
+template <typename Visit>
+void for_each_ray(double refractive_index, int max_order, double angle_rad, Visit visit) {
   constexpr int steps = 2000;  // no deviation turns twice within pi / 4000
-  double sum = 0;
   for (int order = 0; order <= max_order; ++order) {
     for (int k = 0; k < steps; ++k) {
       const double i = pi / 2 * k / steps, j = pi / 2 * (k + 1) / steps;
@@ -56,14 +63,34 @@ double sphere_intensity(double refractive_index, int max_order, double angle_rad
       const double to = deviation_rad(refractive_index, order, j);
       // The angle's images: +-angle plus whole turns.
       for (int turn = -order - 1; turn <= order + 1; ++turn) {
-        for (const double image : {2 * pi * turn + angle_rad, 2 * pi * turn - angle_rad}) {
+        for (const double sign : {1.0, -1.0}) {
+          const double image = 2 * pi * turn + sign * angle_rad;
           if ((from < image) == (to < image)) continue;
-          sum += ray_intensity(refractive_index, order, image, i, j);
+          const double incidence = incidence_rad(refractive_index, order, image, i, j);
+          visit(ray_intensity(refractive_index, order, incidence),
+                (order == 0 ? sign : -sign) * std::sin(incidence));
         }
       }
     }
   }
+}
+
+}  // namespace
+
+double sphere_intensity(double refractive_index, int max_order, double angle_rad) {
+  double sum = 0;
+  for_each_ray(refractive_index, max_order, angle_rad,
+               [&](double intensity, double) { sum += intensity; });
   return sum / (pi * std::sin(angle_rad));
+}
+
+double sphere_light_position(double refractive_index, int max_order, double angle_rad) {
+  double sum = 0, moment = 0;
+  for_each_ray(refractive_index, max_order, angle_rad, [&](double intensity, double position) {
+    sum += intensity;
+    moment += intensity * position;
+  });
+  return moment / sum;
 }
 
 double sphere_throughput(double refractive_index, int order, double impact) {

@@ -28,10 +28,14 @@ double sphere_rainbow_rad(double refractive_index, int order);
 // rainbow, 0 and pi; to 1e-9 away from them.
 double sphere_intensity(double refractive_index, int max_order, double angle_rad);
 
-// The same averaged over a light's cone about scattering angle `centre`, per unit irradiance on a
-// plane facing the light (radiance 1/(pi sin^2 cone)). cone_half_angle_rad from 0.2 degrees to pi / 2. Integrable caustics need no
-// care: the integral is over b^2, where nothing is singular.
+// The intensity averaged over a light's cone about scattering angle `centre`, per unit irradiance
+// on a plane facing the light (radiance 1/(pi sin^2 cone)). cone_half_angle_rad from 0.2 degrees to
+// pi / 2. Integrable caustics need no care: the integral is over b^2, where nothing is singular.
 double sphere_intensity_in_cone(double refractive_index, int max_order, double centre_rad,
                                 double cone_half_angle_rad);
+
+// Where the light of sphere_intensity is seen on the sphere's disc: its mean position along the
+// line toward the light, over the radius, -1 .. 1: > 0 on the light's side, < 0 on the other.
+double sphere_light_position(double refractive_index, int max_order, double angle_rad);
 
 }  // namespace pluvia
