@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <random>
 #include <regex>
 #include <stdexcept>
 #include <string>
@@ -167,6 +168,82 @@ TEST_F(ReportTest, PageAsksNothingOfTheNetworkNorOfOtherFiles) {
   EXPECT_EQ(text.find("url("), std::string::npos);
   EXPECT_EQ(text.find("@import"), std::string::npos);
   EXPECT_EQ(text.find("{{"), std::string::npos) << "a placeholder was left";
+}
+
+// Bytes that no packing makes smaller.
+Image noise(int width, int height, unsigned seed) {
+  Image image = make_image(width, height, 3);
+  std::minstd_rand random(seed);
+  for (float& v : image.values) v = static_cast<float>(random() % 65536) / 65536;
+  return image;
+}
+
+TEST_F(ReportTest, PicturesThatThePageHasNoRoomForAreListedInstead) {
+  // Noise of 1000 x 1000 pixels: 3 MB as PNG, 4 MB in base64 (8 bits in 6). As half floats 15 of 16
+  // bits are noise, 7.5 MB at least. Two, their difference (one channel as red and blue) and their
+  // half floats have no room in 15 MB; a figure of four has none either, one of one has.
+  Report report;
+  const Panel a = {.image = noise(1000, 1000, 1)}, b = {.image = noise(1000, 1000, 2)};
+  report.comparisons = {{.title = "twins", .picture = a, .reference = b}};
+  report.figures = {{"crowd", "", {a, a, a, a}}, {"dot", "", {{.image = picture(1, 1, 1, 1)}}}};
+  write_report(folder, report);
+  const std::string text = page();
+  EXPECT_LE(text.size(), page_bytes);
+  EXPECT_NE(text.find("<li>twins, at other exposures: "), std::string::npos);
+  EXPECT_NE(text.find("<li>crowd: "), std::string::npos);
+  EXPECT_NE(text.find("<h3>twins</h3>"), std::string::npos);
+  EXPECT_NE(text.find("<h3>dot</h3>"), std::string::npos);
+  EXPECT_EQ(text.find("<h3>crowd</h3>"), std::string::npos);
+  EXPECT_EQ(text.find("packed-0"), std::string::npos);
+}
+
+TEST_F(ReportTest, APictureInTwoComparisonsIsPackedOnce) {
+  Report report;
+  const Panel a = {.image = noise(8, 4, 1)}, b = {.image = noise(8, 4, 2)};
+  report.comparisons = {{.title = "one", .picture = a, .reference = b},
+                        {.title = "two", .picture = b, .reference = a}};
+  write_report(folder, report);
+  const std::string text = page();
+  EXPECT_NE(text.find("id=\"packed-1\""), std::string::npos);
+  EXPECT_EQ(text.find("id=\"packed-2\""), std::string::npos);
+}
+
+TEST(Comparison, PicturesThatCannotBeLaidOverEachOtherAreRefused) {
+  PagePictures pictures;
+  const Panel a = {.image = picture(4, 3, 3, 1)}, gray = {.image = picture(4, 3, 1, 1)};
+  const Panel wide = {.image = picture(5, 3, 3, 1)};
+  const Panel bright = {.image = picture(4, 3, 3, 1), .white = 2};
+  const auto refused = [&](const Comparison& comparison) {
+    EXPECT_THROW(comparison_html(comparison, pictures), std::runtime_error);
+  };
+  EXPECT_NO_THROW(comparison_html({.picture = a, .reference = a, .maps = {gray}}, pictures));
+  refused({.picture = a, .reference = wide});
+  refused({.picture = a, .reference = gray});
+  refused({.picture = a, .reference = bright});
+  refused({.picture = a, .reference = a, .maps = {a}});
+  refused({.picture = a, .reference = a, .maps = {{.image = picture(5, 3, 1, 1)}}});
+  for (const double gain : {0.0, -1.0, 0.5, 3.0, 2048.0, nan, infinity}) {
+    refused({.picture = a, .reference = a, .gain = gain});
+  }
+}
+
+TEST_F(ReportTest, EveryCheckLeadsToHowItIsComputedAndBack) {
+  Report report;
+  report.checks = {good_check(), {.name = "a b", .value = 2, .bound = 1, .why = "by a rule"}};
+  write_report(folder, report);
+  const std::string text = page();
+  for (const std::string name : {"sphere.energy.p2", "a-b"}) {
+    for (const char* kind : {"check-", "how-"}) {
+      EXPECT_NE(text.find("id=\"" + (kind + name) + "\""), std::string::npos) << kind << name;
+      EXPECT_NE(text.find("href=\"#" + (kind + name) + "\""), std::string::npos) << kind << name;
+    }
+  }
+  // What failed comes before what passed, and both before the table.
+  const std::size_t failed = text.find("href=\"#group-a-b\"");
+  const std::size_t trusted = text.find("href=\"#group-sphere\"");
+  EXPECT_LT(text.find("<li><a class=\"name\" href=\"#check-a-b\">"), failed);
+  EXPECT_LT(failed, trusted);
+  EXPECT_LT(trusted, text.find("<table"));
 }
 
 TEST_F(ReportTest, VideoIsShownOnlyWhereItIs) {

@@ -60,7 +60,8 @@ void add_frame_check(const std::string& scene_file, const std::string& atlas_fol
        .text = "The scene with rain as the real-time renderer draws it, and without.",
        .unit = "cd/m^2",
        .picture = {.image = frame.color, .white = white, .caption = "with rain"},
-       .reference = {.image = frame.background, .white = white, .caption = "without rain"}});
+       .reference = {.image = frame.background, .white = white, .caption = "without rain"},
+       .gain = 4});
   report.comparisons.push_back(
       {.title = "The rain alone, against the exact composite of the same atlas",
        .text = "Frame minus background, four times as bright as above.",
