@@ -66,8 +66,8 @@ std::string layer_html(const Panel& panel, std::vector<std::string>& packed) {
 }
 
 std::string layers_html(const Comparison& comparison, std::vector<std::string>& packed) {
-  std::string layers =
-      layer_html(comparison.picture, packed) + layer_html(comparison.reference, packed);
+  std::string layers = layer_html(comparison.picture, packed);
+  layers += layer_html(comparison.reference, packed);
   for (const Panel& map : comparison.maps) layers += layer_html(map, packed);
   return fmt::format("<div class=\"layers\" hidden data-gain=\"{}\" data-unit=\"{}\">\n{}</div>\n",
                      comparison.gain, html_text(comparison.unit), layers);
