@@ -154,7 +154,7 @@ TEST(PictureChecks, OfEqualPicturesPassWithATableAndMaps) {
   EXPECT_EQ(report.checks.size(), 12u);
   EXPECT_TRUE(report.skipped.empty());
   EXPECT_EQ(report.tables.at(0).rows.size(), 5u);
-  EXPECT_EQ(report.figures.at(0).panels.size(), 4u);
+  EXPECT_EQ(report.comparisons.at(0).maps.size(), 4u);
 }
 
 TEST(PictureChecks, FailWhereTheRainIsATenthTooBright) {

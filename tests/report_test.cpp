@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <random>
 #include <regex>
 #include <stdexcept>
 #include <string>
@@ -57,13 +58,18 @@ Image picture(int width, int height, int channels, float value) {
 Report full_report(const std::string& text) {
   Report report;
   report.checks = {good_check(), {.name = text, .unit = text, .why = text}};
-  report.figures = {{text, text, {{.image = picture(8, 4, 3, 0.5f), .caption = text}}}};
+  const Panel panel = {.image = picture(8, 4, 3, 0.5f), .caption = text};
+  const Panel map = {.image = picture(8, 4, 1, 0.5f), .caption = text};
+  report.comparisons = {{text, text, text, panel, panel, 1, {map}}};
+  report.figures = {{text, text, {panel}}};
   report.plots = {{text, text, text, false, false, {{text, {1, 2}, {3, 4}, {0.1, 0.1}}}}};
   report.tables = {{text, {text}, {{text}}}};
   report.timings_s = {{text, 1.5}};
   report.machine = {{text, text}};
+  report.seeds = {{text, text}};
   report.commands = {text};
   report.skipped = {text};
+  report.not_covered = {text};
   report.headlines = {text, "not there " + text};
   return report;
 }
@@ -73,6 +79,9 @@ TEST_F(ReportTest, JsonHoldsEveryFieldOfTheSchema) {
   report.checks = {good_check()};
   report.timings_s = {{"trace", 1.5}, {"trace", 0.25}, {"pack", 3}};
   report.machine = {{"cores", "2"}};
+  report.seeds = {{"drops", "7"}};
+  report.skipped = {"video"};
+  report.not_covered = {"shadows"};
   report.commands = {"pluvia pack a", "pluvia validate"};
   write_report(folder, report);
   const nlohmann::json root = json();
@@ -84,6 +93,9 @@ TEST_F(ReportTest, JsonHoldsEveryFieldOfTheSchema) {
   EXPECT_EQ(root.at("checks"), nlohmann::json::array({expected}));
   EXPECT_EQ(root.at("timings_s"), (nlohmann::json{{"trace", 1.75}, {"pack", 3.0}}));
   EXPECT_EQ(root.at("machine"), (nlohmann::json{{"cores", "2"}}));
+  EXPECT_EQ(root.at("seeds"), (nlohmann::json{{"drops", "7"}}));
+  EXPECT_EQ(root.at("skipped"), (nlohmann::json{"video"}));
+  EXPECT_EQ(root.at("not_covered"), (nlohmann::json{"shadows"}));
   EXPECT_EQ(root.at("commands"), (nlohmann::json{"pluvia pack a", "pluvia validate"}));
 }
 
@@ -120,10 +132,15 @@ TEST_F(ReportTest, TextIsNeverReadAsMarkupNorAsAPlaceholder) {
   const std::string hostile = "<script>alert(1)</script> \"'&{{machine}}\n`id`";
   write_report(folder, full_report(hostile));
   const std::string text = page();
-  EXPECT_EQ(text.find("<script"), std::string::npos);
-  EXPECT_EQ(text.find("</script"), std::string::npos);
+  const auto tags_of = [](const std::string& page_text) {
+    const std::regex tag("<(script|/script|template)");
+    return std::distance(std::sregex_iterator(page_text.begin(), page_text.end(), tag), {});
+  };
+  write_report(folder, full_report("plain"));
+  EXPECT_EQ(tags_of(text), tags_of(page()));
   EXPECT_NE(text.find("&lt;script&gt;alert(1)&lt;/script&gt; &quot;&#39;&amp;{{machine}}"),
             std::string::npos);
+  write_report(folder, full_report(hostile));
   EXPECT_EQ(json().at("commands").at(0), hostile);
 }
 
@@ -147,10 +164,97 @@ TEST_F(ReportTest, PageAsksNothingOfTheNetworkNorOfOtherFiles) {
     EXPECT_TRUE(inside) << target;
     pictures += target[0] == 'd';
   }
-  EXPECT_EQ(pictures, 1);
+  EXPECT_EQ(pictures, 5);  // four of the comparison: two, their difference, a map
   EXPECT_EQ(text.find("url("), std::string::npos);
   EXPECT_EQ(text.find("@import"), std::string::npos);
   EXPECT_EQ(text.find("{{"), std::string::npos) << "a placeholder was left";
+}
+
+// Bytes that no packing makes smaller.
+Image noise(int width, int height, unsigned seed) {
+  Image image = make_image(width, height, 3);
+  std::minstd_rand random(seed);
+  for (float& v : image.values) v = static_cast<float>(random() % 65536) / 65536;
+  return image;
+}
+
+TEST_F(ReportTest, PicturesThatThePageHasNoRoomForAreListedInstead) {
+  // Noise of 1000 x 1000 pixels: 3 MB as PNG, 4 MB in base64 (8 bits in 6). As half floats 15 of 16
+  // bits are noise, 7.5 MB at least. Two, their difference (one channel as red and blue) and their
+  // half floats have no room in 15 MB; a figure of four has none either, one of one has.
+  Report report;
+  const Panel a = {.image = noise(1000, 1000, 1)}, b = {.image = noise(1000, 1000, 2)};
+  report.comparisons = {{.title = "twins", .picture = a, .reference = b}};
+  report.figures = {{"crowd", "", {a, a, a, a}}, {"dot", "", {{.image = picture(1, 1, 1, 1)}}}};
+  write_report(folder, report);
+  const std::string text = page();
+  EXPECT_LE(text.size(), page_bytes);
+  EXPECT_NE(text.find("<li>twins, at other exposures: "), std::string::npos);
+  EXPECT_NE(text.find("<li>crowd: "), std::string::npos);
+  EXPECT_NE(text.find("<h3>twins</h3>"), std::string::npos);
+  EXPECT_NE(text.find("<h3>dot</h3>"), std::string::npos);
+  EXPECT_EQ(text.find("<h3>crowd</h3>"), std::string::npos);
+  EXPECT_EQ(text.find("packed-0"), std::string::npos);
+}
+
+TEST_F(ReportTest, PicturesFillThePageAlmostToItsEnd) {
+  // Figures of 300 x 300 pixels of noise: 0.36 MB each in base64, 60 of them 22 MB. What is left is
+  // less than one, and 0.1 MB for what is written after the pictures.
+  Report report;
+  const Panel panel = {.image = noise(300, 300, 1)};
+  for (int i = 0; i < 60; ++i) report.figures.push_back({"noise", "", {panel}});
+  write_report(folder, report);
+  EXPECT_LE(page().size(), page_bytes);
+  EXPECT_GE(page().size(), page_bytes - 500'000);
+}
+
+TEST_F(ReportTest, APictureInTwoComparisonsIsPackedOnce) {
+  Report report;
+  const Panel a = {.image = noise(8, 4, 1)}, b = {.image = noise(8, 4, 2)};
+  report.comparisons = {{.title = "one", .picture = a, .reference = b},
+                        {.title = "two", .picture = b, .reference = a}};
+  write_report(folder, report);
+  const std::string text = page();
+  const std::regex packed("id=\"packed-");
+  EXPECT_EQ(std::distance(std::sregex_iterator(text.begin(), text.end(), packed), {}), 2);
+}
+
+TEST(Comparison, PicturesThatCannotBeLaidOverEachOtherAreRefused) {
+  PagePictures pictures;
+  const Panel a = {.image = picture(4, 3, 3, 1)}, gray = {.image = picture(4, 3, 1, 1)};
+  const Panel wide = {.image = picture(5, 3, 3, 1)};
+  const Panel bright = {.image = picture(4, 3, 3, 1), .white = 2};
+  const auto refused = [&](const Comparison& comparison) {
+    EXPECT_THROW(comparison_html(comparison, pictures), std::runtime_error);
+  };
+  EXPECT_NO_THROW(comparison_html({.picture = a, .reference = a, .maps = {gray}}, pictures));
+  refused({.picture = a, .reference = wide});
+  refused({.picture = a, .reference = gray});
+  refused({.picture = a, .reference = bright});
+  refused({.picture = a, .reference = a, .maps = {a}});
+  refused({.picture = a, .reference = a, .maps = {{.image = picture(5, 3, 1, 1)}}});
+  for (const double gain : {0.0, -1.0, 0.5, 3.0, 2048.0, nan, infinity}) {
+    refused({.picture = a, .reference = a, .gain = gain});
+  }
+}
+
+TEST_F(ReportTest, EveryCheckLeadsToHowItIsComputedAndBack) {
+  Report report;
+  report.checks = {good_check(), {.name = "a b", .value = 2, .bound = 1, .why = "by a rule"}};
+  write_report(folder, report);
+  const std::string text = page();
+  for (const std::string name : {"sphere.energy.p2", "a-b"}) {
+    for (const char* kind : {"check-", "how-"}) {
+      EXPECT_NE(text.find("id=\"" + (kind + name) + "\""), std::string::npos) << kind << name;
+      EXPECT_NE(text.find("href=\"#" + (kind + name) + "\""), std::string::npos) << kind << name;
+    }
+  }
+  // What failed comes before what passed, and both before the table.
+  const std::size_t failed = text.find("href=\"#group-a-b\"");
+  const std::size_t trusted = text.find("href=\"#group-sphere\"");
+  EXPECT_LT(text.find("<li><a class=\"name\" href=\"#check-a-b\">"), failed);
+  EXPECT_LT(failed, trusted);
+  EXPECT_LT(trusted, text.find("<table"));
 }
 
 TEST_F(ReportTest, VideoIsShownOnlyWhereItIs) {
@@ -209,22 +313,22 @@ TEST(Panel, PicturesThatCannotBeShownAreRefused) {
 
 TEST_F(ReportTest, ARefusedReportLeavesTheOldOneWhole) {
   Report report;
-  report.commands = {"first"};
+  report.commands = {"the old command"};
   write_report(folder, report);
-  report.commands = {"second"};
+  report.commands = {"the new command"};
   report.tables = {{"cost", {"pass"}, {{"rain", "3 ms"}}}};  // a cell too many
   EXPECT_THROW(write_report(folder, report), std::runtime_error);
-  EXPECT_EQ(json().at("commands").at(0), "first");
-  EXPECT_NE(page().find("first"), std::string::npos);
+  EXPECT_EQ(json().at("commands").at(0), "the old command");
+  EXPECT_NE(page().find("the old command"), std::string::npos);
 }
 
 TEST_F(ReportTest, WritingLeavesNoTemporaryFileAndReplacesTheOldReport) {
   Report report;
-  report.commands = {"first"};
+  report.commands = {"the old command"};
   write_report(folder, report);
-  report.commands = {"second"};
+  report.commands = {"the new command"};
   write_report(folder, report);
-  EXPECT_EQ(page().find("first"), std::string::npos);
+  EXPECT_EQ(page().find("the old command"), std::string::npos);
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     names.push_back(entry.path().filename());

@@ -168,6 +168,7 @@ double white_of(const std::vector<float>& values) {
 void add_database_checks(const std::string& database_folder, const std::string& factor_file,
                          Report& report) {
   const Manifest manifest = read_manifest(database_folder);
+  report.seeds.emplace_back("database", std::to_string(manifest.seed));
   add_sphere_database_check(database_folder, manifest, report);
   add_factor_checks(database_folder, manifest, factor_file, report);
 }

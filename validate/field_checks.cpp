@@ -155,6 +155,8 @@ void add_field_checks(const Preset& preset, const Progress& progress, Report& re
   options.replicates = replicates;
   options.instants = 512;
   options.rays_per_instant = 3000;
+  report.seeds.emplace_back("exit field", std::to_string(request.seed));
+  report.seeds.emplace_back("brute force", std::to_string(options.seed));
   const BruteStreak brute = brute_force_streak(request, options, [&](double share) {
     if (progress) progress("streaks by brute force", 0.4 + 0.6 * share);
   });

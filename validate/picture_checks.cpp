@@ -161,19 +161,27 @@ Table table_of(const PictureComparison& found) {
   return table;
 }
 
-Figure maps_of(const PictureComparison& found) {
-  Figure figure = {"Where the frame differs from the exact composite",
-                   "Error maps; white is four times what 99 of 100 pixels do not exceed.",
-                   {}};
+Comparison comparison_of(const ComparedPictures& pictures, const PictureComparison& found) {
+  Comparison comparison = {
+      .title = "The frame against the exact composite",
+      .text =
+          "Both as a screen shows them, and maps of each error: white is four times what 99 of "
+          "100 pixels do not exceed.",
+      .unit = "cd/m^2",
+      .picture = {.image = pictures.picture, .white = pictures.white, .caption = "real-time"},
+      .reference = {.image = pictures.reference,
+                    .white = pictures.white,
+                    .caption = "exact composite"},
+      .gain = 64};
   const auto add = [&](const Image& map, const MapSummary& summary, const char* name) {
     const double white = 4 * summary.percentile_99;
-    figure.panels.push_back({map, white > 0 ? white : 1, name, false, 1});
+    comparison.maps.push_back({map, white > 0 ? white : 1, name, false, 1});
   };
   add(found.rain_map, found.rain_error, "difference of luminance");
   add(found.ssim.map, found.ssim.error, "1 - SSIM");
   add(found.ldr_flip.map, found.ldr_flip_map, "LDR-FLIP");
   if (found.hdr_flip) add(found.hdr_flip->error.map, found.hdr_flip_map, "HDR-FLIP");
-  return figure;
+  return comparison;
 }
 
 }  // namespace
@@ -186,7 +194,7 @@ void add_picture_checks(const std::string& prefix, const ComparedPictures& pictu
   add_flux_check(prefix, pictures, found, report);
   add_crowd_checks(prefix, found, report);
   report.tables.push_back(table_of(found));
-  report.figures.push_back(maps_of(found));
+  report.comparisons.push_back(comparison_of(pictures, found));
 }
 
 }  // namespace pluvia

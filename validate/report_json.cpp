@@ -31,12 +31,16 @@ std::string report_json(const Report& report) {
   }
   Json machine = Json::object();
   for (const auto& [name, text] : report.machine) machine[name] = text;
+  Json seeds = Json::object();
+  for (const auto& [name, text] : report.seeds) seeds[name] = text;
   const Json root = {{"version", 1},
                      {"checks", checks},
                      {"timings_s", timings},
                      {"machine", machine},
+                     {"seeds", seeds},
                      {"commands", report.commands},
-                     {"skipped", report.skipped}};
+                     {"skipped", report.skipped},
+                     {"not_covered", report.not_covered}};
   // A name from outside may hold bytes that are no UTF-8: they become U+FFFD, not an exception.
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

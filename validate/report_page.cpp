@@ -12,106 +12,29 @@
 namespace pluvia {
 namespace {
 
+// Left for titles and for the list of what was skipped, both written after the pictures.
+constexpr std::size_t text_reserve_bytes = 100'000;
+
 std::string section(const std::string& title, const std::string& body) {
   return body.empty() ? "" : fmt::format("<section>\n<h2>{}</h2>\n{}</section>\n", title, body);
 }
 
-std::string verdict_html(const std::vector<Check>& checks) {
-  const auto passed = std::count_if(checks.begin(), checks.end(), passes);
-  const auto total = static_cast<std::ptrdiff_t>(checks.size());
-  if (total == 0) return "<p class=\"verdict\">No check was made.</p>";
-  std::string text = fmt::format(
-      "<p class=\"verdict\">Pluvia measured itself against closed forms, ray tracing and published "
-      "data: <strong class=\"{}\">{} of {} checks passed</strong>.</p>\n",
-      passed == total ? "pass" : "fail", passed, total);
-  if (passed == total) return text;
-  text += "<div class=\"failures\">Failed:<ul>\n";
-  for (const Check& check : checks) {
-    if (passes(check)) continue;
-    text += fmt::format("<li><span class=\"name\">{}</span>: {} {}, bound {}</li>\n",
-                        html_text(check.name), number_text(check.value), html_text(check.unit),
-                        number_text(check.bound));
-  }
-  return text + "</ul></div>\n";
-}
-
-std::string card_html(const std::string& name, const std::vector<Check>& checks) {
-  const auto found = std::find_if(checks.begin(), checks.end(),
-                                  [&](const Check& check) { return check.name == name; });
-  if (found == checks.end()) {
-    return fmt::format(
-        "<div class=\"card\"><div class=\"name\">{}</div>"
-        "<div class=\"value soft\">not measured</div></div>\n",
-        html_text(name));
-  }
-  // How much of what is allowed is used up.
-  const double share = found->bound > 0 ? found->value / found->bound : 1;
-  return fmt::format(
-      "<div class=\"card {}\"><div class=\"name\">{}</div><div class=\"value\">{} "
-      "<span>{}</span></div>"
-      "<div class=\"meter\"><i style=\"width:{:.0f}%\"></i></div>"
-      "<p><strong class=\"{}\">{}</strong> at a bound of {} {}. {}</p></div>\n",
-      passes(*found) ? "" : "fail", html_text(name), number_text(found->value),
-      html_text(found->unit), std::isfinite(share) ? 100 * std::clamp(share, 0.0, 1.0) : 100.0,
-      passes(*found) ? "pass" : "fail", passes(*found) ? "Passes" : "Fails",
-      number_text(found->bound), html_text(found->unit), html_text(found->why));
-}
-
-std::string headlines_html(const Report& report) {
-  if (report.checks.empty()) return "";
-  std::string text = "<div class=\"cards\">\n";
-  for (const std::string& name : report.headlines) text += card_html(name, report.checks);
-  return text + "</div>\n";
-}
-
-std::string check_row(const Check& check) {
-  const auto cell = [](const char* label, const std::string& value) {
-    return fmt::format("<td class=\"n\" data-label=\"{}\">{}</td>", label, value);
-  };
-  const bool good = passes(check);
-  return fmt::format("<tr{}><td class=\"mark {}\">{}</td><td class=\"name\">{}</td>",
-                     good ? "" : " class=\"failed\"", good ? "pass" : "fail",
-                     good ? "\u2713 pass" : "\u2717 fail", html_text(check.name)) +
-         cell("measured", number_text(check.measured)) +
-         cell("expected", number_text(check.expected)) +
-         cell("\u00b1", check.uncertainty == 0 ? "" : number_text(check.uncertainty)) +
-         cell("deviation", number_text(check.value)) + cell("bound", number_text(check.bound)) +
-         cell("unit", html_text(check.unit)) +
-         fmt::format("<td class=\"why\">{}</td></tr>\n", html_text(check.why));
-}
-
-// Rows grouped by what stands before the first dot of the name, groups in order of first
-// appearance.
-std::string checks_html(const std::vector<Check>& checks) {
-  std::vector<std::pair<std::string, std::string>> groups;
-  for (const Check& check : checks) {
-    const std::string group = check.name.substr(0, check.name.find('.'));
-    auto found = std::find_if(groups.begin(), groups.end(),
-                              [&](const auto& entry) { return entry.first == group; });
-    if (found == groups.end()) found = groups.insert(groups.end(), {group, ""});
-    found->second += check_row(check);
-  }
-  if (groups.empty()) return "";
-  std::string text =
-      "<div class=\"scroll\"><table class=\"checks\"><thead><tr><th></th><th>check</th>"
-      "<th class=\"n\">measured</th><th class=\"n\">expected</th><th class=\"n\">\u00b1</th>"
-      "<th class=\"n\">deviation</th><th class=\"n\">bound</th><th class=\"n\">unit</th>"
-      "<th>why</th></tr></thead>\n";
-  for (const auto& [group, rows] : groups) {
-    text += fmt::format("<tbody><tr class=\"group\"><th colspan=\"9\">{}</th></tr>\n{}</tbody>\n",
-                        html_text(group), rows);
-  }
-  return text + "</table></div>\n";
-}
-
-std::string figures_html(const std::vector<Figure>& figures) {
+std::string figures_html(const std::vector<Figure>& figures, PagePictures& pictures) {
   std::string text;
   for (const Figure& figure : figures) {
-    text += fmt::format("<h3>{}</h3>\n<p>{}</p>\n<div class=\"row\">\n", html_text(figure.title),
-                        html_text(figure.text));
-    for (const Panel& panel : figure.panels) text += panel_html(panel);
-    text += "</div>\n";
+    std::string panels;
+    for (const Panel& panel : figure.panels) panels += panel_html(panel);
+    panels = with_room("<div class=\"row\">\n" + panels + "</div>\n", figure.title, pictures);
+    if (panels.empty()) continue;
+    text += fmt::format("<h3>{}</h3>\n<p>{}</p>\n{}", html_text(figure.title),
+                        html_text(figure.text), panels);
   }
+  return text;
+}
+
+std::string comparisons_html(const std::vector<Comparison>& comparisons, PagePictures& pictures) {
+  std::string text;
+  for (const Comparison& comparison : comparisons) text += comparison_html(comparison, pictures);
   return text;
 }
 
@@ -229,7 +152,8 @@ std::string number_text(double value) {
 }
 
 std::string report_page(const Report& report, const std::string& folder) {
-  std::vector<std::string> skipped = report.skipped;
+  PagePictures pictures;
+  pictures.skipped = report.skipped;
   std::vector<std::pair<std::string, std::string>> timings;
   for (const auto& [name, seconds] : report.timings_s) {
     timings.emplace_back(name, number_text(seconds) + " s");
@@ -237,17 +161,29 @@ std::string report_page(const Report& report, const std::string& folder) {
   std::string tables;
   for (const Table& table : report.tables) tables += table_html(table);
   std::map<std::string, std::string> parts = {
-      {"verdict", verdict_html(report.checks)},
-      {"headlines", headlines_html(report)},
-      {"video", video_html(report.video, folder, skipped)},
-      {"figures", section("Pictures", figures_html(report.figures))},
+      {"style", page_style},
+      {"script", page_script},
+      {"summary", summary_html(report)},
+      {"not_covered", section("Not covered", list_html(report.not_covered))},
+      {"video", video_html(report.video, folder, pictures.skipped)},
       {"checks", section("Checks", checks_html(report.checks))},
-      {"plots", section("Curves", plots_html(report.plots, skipped))},
+      {"methods", section("How each check is computed", methods_html(report.checks))},
+      {"plots", section("Curves", plots_html(report.plots, pictures.skipped))},
       {"tables", section("Tables", tables)},
       {"timings", section("Time", pairs_html(timings))},
       {"commands", section("Commands", commands_html(report.commands))},
-      {"machine", section("Machine", pairs_html(report.machine))}};
-  parts["skipped"] = section("Skipped, and why", list_html(skipped));
+      {"seeds", section("Seeds", pairs_html(report.seeds))},
+      {"machine", section("Machine and versions", pairs_html(report.machine))}};
+  std::size_t size = sizeof page_html;
+  for (const auto& [name, text] : parts) size += text.size();
+  pictures.room = page_bytes - std::min(page_bytes, size + text_reserve_bytes);
+  parts["comparisons"] =
+      section("Pictures, compared", comparisons_html(report.comparisons, pictures));
+  parts["figures"] = section("Pictures", figures_html(report.figures, pictures));
+  parts["skipped"] = section("Skipped, and why", list_html(pictures.skipped));
+  for (const char* name : {"comparisons", "figures", "skipped"}) size += parts.at(name).size();
+  parts["size"] = fmt::format("{:.1f} MB of at most {:.0f} MB", static_cast<double>(size) / 1e6,
+                              static_cast<double>(page_bytes) / 1e6);
   return fill(page_html, parts);
 }
 

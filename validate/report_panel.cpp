@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -59,23 +57,6 @@ Shown shown_picture(const Panel& panel) {
     }
   }
   return shown;
-}
-
-std::string base64(const std::vector<unsigned char>& bytes) {
-  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t triple = 0;
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t k = 0; k < count; ++k) {
-      triple |= static_cast<std::uint32_t>(bytes[i + k]) << (16 - 8 * k);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= count ? digits[(triple >> (18 - 6 * k)) & 63u] : '=';
-    }
-  }
-  return text;
 }
 
 }  // namespace
