@@ -222,7 +222,7 @@ struct Judge {
     DropsScene drops = drops_between();
     drops.uniform_sky_cd_m2 = {1, 2, 3};
     ReferenceOptions options = reference_options(preset);
-    const ReferenceSettings settings = reference_settings(200);
+    const ReferenceSettings settings = reference_settings(800);
     const Trial all = trial_of(drops, atlas, preset, options, settings);
     const Image ours = real_time(all.scene);
     const std::string where = "uniform sky";
