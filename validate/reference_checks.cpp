@@ -16,6 +16,7 @@
 #include "validate/checks.h"
 #include "validate/drop_by_drop.h"
 #include "validate/frame_composite.h"
+#include "validate/picture_planes.h"
 
 namespace pluvia {
 namespace {
