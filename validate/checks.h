@@ -72,7 +72,7 @@ void add_png_check(const std::vector<unsigned char>& png, const Image& frame, do
                    Report& report);
 
 // Single drops in real time against the reference tracer, drop by drop (validate/drop_by_drop.h),
-// each of the ten sets under suns that the database holds, between those, and under a uniform sky:
+// nine sets under suns that the database holds, between those, and under a uniform sky:
 // reference.flux.lamps, .lamps.sum, .sky and .between, reference.picture, and what each shortcut
 // costs. preset: how the atlas's drops oscillate, the cone of its lights. An atlas
 // without the views 0, 20 and 40 degrees, ten sets or a sky is told under `skipped`.
