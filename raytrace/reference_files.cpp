@@ -184,6 +184,7 @@ std::string reference_fingerprint(const ReferenceScene& scene, const ReferenceSe
   append(bytes, scene.options.refractive_index);
   append(bytes, scene.options.cone_half_angle_rad);
   append(bytes, scene.options.split_order);
+  append(bytes, scene.options.most_order);
   append(bytes, scene.options.all_shadows);
   append(bytes, scene.options.drops_see_emission);
   append(bytes, settings.learning_passes);

@@ -29,6 +29,8 @@ struct ReferenceOptions {
   double refractive_index = 1.333;
   double cone_half_angle_rad = 0.0873;  // 1e-4 .. pi / 4
   int split_order = 3;  // up to it a camera's ray splits at each interface; beyond, roulette
+  int most_order = 0;   // light that has more segments inside a drop is left out, as a database
+                        // leaves it out, to tell what that costs; 0: none is
   bool all_shadows = false;
   bool drops_see_emission = true;  // of surfaces
 };

@@ -104,6 +104,8 @@ struct Tracer {
     follow_drop(moment.shape(drop.shape), meeting.hit,
                 turned(beam, drop.world_from_drop.transpose()), scene.options.refractive_index,
                 split_order, random, [&](const DropExit& exit) {
+                  const int most = scene.options.most_order;
+                  if (most > 0 && exit.order > most) return;
                   leave({meeting.drop, centre_m + drop.world_from_drop * exit.position_m,
                          turned(exit.beam, drop.world_from_drop)});
                 });

@@ -71,6 +71,14 @@ void add_frame_comparison(const Scene& scene, const Frame& frame, const FrameCom
 void add_png_check(const std::vector<unsigned char>& png, const Image& frame, double white,
                    Report& report);
 
+// Single drops in real time against the reference tracer, drop by drop (validate/drop_by_drop.h),
+// nine sets under suns that the database holds, between those, and under a uniform sky:
+// reference.flux.lamps, .lamps.sum, .sky and .between, reference.picture, and what each shortcut
+// costs. preset: how the atlas's drops oscillate, the cone of its lights. An atlas
+// without the views 0, 20 and 40 degrees, ten sets or a sky is told under `skipped`.
+void add_reference_checks(const Preset& preset, const std::string& atlas_folder,
+                          const Progress& progress, Report& report);
+
 // The metrics of pictures (docs/fidelity.md), as prefix.psnr.ldr and .hdr, .ssim, .ms_ssim,
 // .flip.ldr and .hdr, .streak_flux, .streaks.brightness, .width and .lean, .spectrum.rings and
 // .sectors, with a table of percentiles and the error maps. The pictures are taken as exact.
