@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -11,6 +10,7 @@
 
 #include "atlas/atomic_file.h"
 #include "atlas/shard_costs.h"
+#include "raytrace/process_time.h"
 #include "raytrace/streak_accuracy.h"
 
 namespace pluvia {
@@ -18,12 +18,6 @@ namespace pluvia {
 namespace {
 
 namespace fs = std::filesystem;
-
-double process_cpu_s() {
-  timespec now = {};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // A database may grow: the sizes of earlier runs stay.
 void add_sizes(Manifest& manifest, const Preset& preset) {

@@ -58,6 +58,12 @@ bool pose(Scene& scene, double time_s) {
   return moved;
 }
 
+Scene scene_at(Scene scene, double time_s) {
+  scene.camera = camera_at(scene, time_s);
+  pose(scene, time_s);
+  return scene;
+}
+
 std::size_t resting_vertices(const Scene& scene) {
   return scene.moving.empty() ? scene.mesh.positions_m.size() : scene.moving.front().first_vertex;
 }

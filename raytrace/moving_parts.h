@@ -31,6 +31,9 @@ void add_moving_part(Scene& scene, const Mesh& shape, const std::vector<MovingKe
 // at before: position + R(heading) v, in double. Whether any vertex has moved.
 bool pose(Scene& scene, double time_s);
 
+// The scene as it is at that time: the camera on its path, the moving parts on theirs.
+Scene scene_at(Scene scene, double time_s);
+
 // Where the vertices and indices of scene.mesh that never move end.
 std::size_t resting_vertices(const Scene& scene);
 std::size_t resting_indices(const Scene& scene);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -12,6 +11,9 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include "atlas/flag_values.h"
+#include "raytrace/moving_parts.h"
+#include "raytrace/process_time.h"
 #include "raytrace/reference_files.h"
 
 namespace pluvia {
@@ -35,12 +37,6 @@ struct Saver {
   }
 };
 
-double process_cpu_s() {
-  timespec now = {};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // The preset's water has one index, or one for each band: their mean, for colours are not split.
 double refractive_index_of(const Preset& preset) {
   double sum = 0;
@@ -59,8 +55,7 @@ void shrink(Camera& camera, int width_px) {
 std::unique_ptr<ReferenceScene> read_reference_scene(const ReferenceFlags& flags,
                                                      ReferenceSummary& summary) {
   const double time_s = flags.start_s + static_cast<double>(flags.frame) / flags.frames_per_s;
-  Scene scene = read_scene(flags.scene);
-  scene.camera = camera_at(scene, time_s);
+  Scene scene = scene_at(read_scene(flags.scene), time_s);
   const Preset preset = read_preset(flags.preset);
   // The drops are those of the frame in the scene's own size: its shape decides about them.
   const auto sets = static_cast<int>(preset.oscillations.size());
@@ -113,27 +108,21 @@ CLI::App* add_reference(CLI::App& app, ReferenceFlags& flags, const std::string&
   command->add_option("--frames-per-s", flags.frames_per_s, "frame rate")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  const auto number = [&](const char* name, double& value, const char* what, double low,
-                          double high) {
-    const auto check = [low, high](const std::string& text) {
-      double given = 0;
-      if (CLI::detail::lexical_cast(text, given) && given >= low && given <= high)
-        return std::string();
-      return fmt::format("{}; expected {} .. {}", text, low, high);
-    };
-    return command->add_option(name, value, what)
-        ->check(CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high)));
-  };
-  number("--start-s", flags.start_s, "time of frame 0", 0, 1e6)->capture_default_str();
-  number("--error", flags.settings.error,
-         "relative RMSE of the rain, and of the picture without, at which it is done; what is "
-         "brighter "
-         "than white counts as white",
-         1e-4, 1)
+  command->add_option("--start-s", flags.start_s, "time of frame 0")
+      ->check(finite_range(0, 1e6))
       ->capture_default_str();
-  number("--budget", flags.settings.budget_s, "seconds after which no pass is begun", 1e-3, 1e7);
-  number("--cone-half-angle-deg", flags.cone_half_angle_deg,
-         "of lights without a radius, as drops see them; default: the preset's", 0.05, 30);
+  command
+      ->add_option("--error", flags.settings.error,
+                   "relative RMSE of the rain, and of the picture without, at which it is done; "
+                   "what is brighter than white counts as white")
+      ->check(finite_range(1e-4, 1))
+      ->capture_default_str();
+  command->add_option("--budget", flags.settings.budget_s, "seconds after which no pass is begun")
+      ->check(finite_range(1e-3, 1e7));
+  command
+      ->add_option("--cone-half-angle-deg", flags.cone_half_angle_deg,
+                   "of lights without a radius, as drops see them; default: the preset's")
+      ->check(finite_range(0.05, 30));
   command->add_option("--width-px", flags.width_px, "of the picture, instead of the scene's")
       ->check(CLI::Range(1, 16384));
   command->add_flag("--all-shadows", flags.options.all_shadows,

@@ -188,16 +188,18 @@ ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSum
 void trace_reference(const ReferenceScene& scene, const ReferenceSettings& settings,
                      ReferenceSums& sums, const AfterPass& after_pass) {
   const auto start = std::chrono::steady_clock::now();
-  const auto is_done = [&](const ReferenceErrors& errors) {
+  const auto is_done = [&](const ReferenceErrors& found) {
     if (sums.passes >= settings.most_passes) return true;
     if (sums.passes < settings.least_passes) return false;
-    return errors.surface <= settings.error && errors.rain <= settings.error;
+    return found.surface <= settings.error && found.rain <= settings.error;
   };
-  while (!is_done(estimated_errors(scene, sums))) {
+  ReferenceErrors errors = estimated_errors(scene, sums);
+  while (!is_done(errors)) {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     if (settings.budget_s > 0 && passed.count() > settings.budget_s) return;
     add_pass(scene, settings, sums);
-    if (after_pass) after_pass(sums, estimated_errors(scene, sums));
+    errors = estimated_errors(scene, sums);
+    if (after_pass) after_pass(sums, errors);
   }
 }
 

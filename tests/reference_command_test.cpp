@@ -112,6 +112,21 @@ TEST_F(ReferenceCommand, WrongUseEndsWithTwoAndWrongInputWithOne) {
   expect_complaint(command("b.exr", "--seed 2"), 1, "b.exr.sums: sums of another picture");
   write_scene(std::string(scene_text) + "[fog]\nextinction_per_m = 0.01\n");
   expect_complaint(command("c.exr"), 1, "scene.toml: [fog]; expected none");
+  write_scene(std::string(scene_text) + "[depth_of_field]\naperture_m = 0.01\n");
+  expect_complaint(command("d.exr"), 1, "scene.toml: [depth_of_field]; expected none");
+}
+
+TEST_F(ReferenceCommand, SurfacesStandWhereTheyAreAtTheFramesTime) {
+  const std::string car = "[[moving]]\nfile = \"" PLUVIA_SOURCE_DIR "/data/scenes/car.gltf\"\n";
+  const auto key = [](double time_s, double y_m) {
+    return fmt::format("[[moving.key]]\ntime_s = {}\nposition_m = [0, {}, 0]\n", time_s, y_m);
+  };
+  const std::string flags = "--error 0.5 --frame 24";  // at 1 s
+  for (const double from_m : {300.0, 9.0}) {
+    write_scene(scene_text + car + key(0, from_m) + key(1, 9));
+    ASSERT_EQ(run_pluvia(command(fmt::format("from{}.exr", from_m), flags)).code, 0);
+  }
+  EXPECT_EQ(read_file(folder / "from300.exr"), read_file(folder / "from9.exr"));
 }
 
 TEST_F(ReferenceCommand, SplashesAreLeftOutAndTheLineSaysSo) {

@@ -63,10 +63,9 @@ void add_frame_comparison(const Scene& scene, const Frame& frame, const FrameCom
 
 void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
                      Report& report) {
-  Scene scene = read_scene(scene_file);
-  scene.camera = camera_at(scene, time_s);
-  pose(scene, time_s);
-  scene.splashes.reset();  // the composite lays down streaks alone
+  Scene scene = scene_at(read_scene(scene_file), time_s);
+  scene.splashes.reset();  // the composite lays down streaks alone, behind a pinhole
+  scene.camera.depth_of_field.reset();
   report.seeds.emplace_back("drops of the frame", std::to_string(scene.rain.seed));
   const StreakAtlas atlas = read_atlas(atlas_folder);
   RainRenderer renderer(scene, atlas);

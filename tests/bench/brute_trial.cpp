@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "raytrace/process_time.h"
+
 namespace pluvia {
 
 namespace {
@@ -66,9 +68,9 @@ BruteOptions quarter_options(const TrialOptions& options) {
 
 void add_batch(const Work& work, BruteOptions options, Batches& batches) {
   options.seed += batches.total_flux.size();
-  const double start_s = cpu_s();
+  const double start_s = process_cpu_s();
   const BruteStreak streak = brute_force_streak(work.request, options);
-  batches.used_s += cpu_s() - start_s;
+  batches.used_s += process_cpu_s() - start_s;
   batches.rays += streak.rays;
   double total = 0;
   for (const Estimate& flux : streak.flux) total += flux.mean;
@@ -93,9 +95,9 @@ Contestant contestant(const StreakRequest& request, const StreakImage& image, do
 }
 
 void trace_all_lights(Work& work, Trial& trial) {
-  const double start_s = cpu_s();
+  const double start_s = process_cpu_s();
   const TracedStreak streak = trace_streak(work.request);
-  trial.field_s = cpu_s() - start_s;
+  trial.field_s = process_cpu_s() - start_s;
   trial.lights = streak.light.size();
   for (const StreakImage& image : streak.light) trial.total.field += sum_of(image);
   for (const std::size_t light : work.judged) {
@@ -109,12 +111,12 @@ void trace_all_lights(Work& work, Trial& trial) {
 void trace_one_light(Work& work, std::size_t light) {
   StreakRequest request = work.request;
   request.lights = {request.lights[light]};
-  double start_s = cpu_s();
+  double start_s = process_cpu_s();
   const TracedStreak streak = trace_streak(request);
-  work.one.push_back(contestant(request, streak.light.front(), cpu_s() - start_s));
-  start_s = cpu_s();
+  work.one.push_back(contestant(request, streak.light.front(), process_cpu_s() - start_s));
+  start_s = process_cpu_s();
   const BruteStreak brute = brute_force_streak(request, quarter_options(work.options));
-  work.one.back().ray_s = (cpu_s() - start_s) / brute.rays;
+  work.one.back().ray_s = (process_cpu_s() - start_s) / brute.rays;
 }
 
 SpeedRatio ratio_of(const Contestant& field, const BatchVerdict& verdict, const Batches& batches) {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "atlas/atomic_file.h"
+#include "raytrace/process_time.h"
 #include "tests/bench/light_errors.h"
 #include "tests/bench/shard_choice.h"
 
@@ -51,9 +52,9 @@ StreakRequest reference_of(const AccuracyFlags& flags, const StreakRequest& requ
 }
 
 TracedStreak timed_trace(const StreakRequest& request, Outcome& outcome) {
-  const double start_s = cpu_s();
+  const double start_s = process_cpu_s();
   TracedStreak streak = trace_streak(request);
-  outcome.used_s += cpu_s() - start_s;
+  outcome.used_s += process_cpu_s() - start_s;
   outcome.nodes += streak.traced_nodes;
   return streak;
 }

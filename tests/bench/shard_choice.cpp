@@ -1,10 +1,8 @@
 #include "tests/bench/shard_choice.h"
-#include "atlas/flag_values.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <limits>
 #include <numbers>
 
@@ -12,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
+#include "atlas/flag_values.h"
 #include "raytrace/streak_accuracy.h"
 
 namespace pluvia {
@@ -145,12 +144,6 @@ void apply_setting(const std::string& setting, StreakRequest& request) {
     apply_item(setting.substr(from, comma - from), request);
     from = comma + 1;
   }
-}
-
-double cpu_s() {
-  timespec now = {};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 int run_judge(CLI::App& app, const ShardFlags& flags, int argc, char** argv,

@@ -38,9 +38,6 @@ std::vector<ChosenShard> choose_shards(const ShardFlags& flags);
 // of them at once (raytrace/streak_accuracy.h). Empty: no change. Throws CLI::ValidationError.
 void apply_setting(const std::string& setting, StreakRequest& request);
 
-// Of this process, all its threads.
-double cpu_s();
-
 // The body of a judge's main: limits the threads, prints errors as pluvia does, and returns its
 // exit codes: 0 done, 1 input failed, 2 wrong use.
 int run_judge(CLI::App& app, const ShardFlags& flags, int argc, char** argv,

@@ -4,7 +4,6 @@
 // the deepest value below zero over the brightest of the picture:
 //   transfer_accuracy PRESET MAP..
 #include <cmath>
-#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <string>
@@ -14,14 +13,11 @@
 #include "atlas/image_io.h"
 #include "atlas/transfer.h"
 #include "raytrace/preset.h"
+#include "raytrace/process_time.h"
 #include "raytrace/spherical_harmonics.h"
 
 namespace pluvia {
 namespace {
-
-double cpu_s() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 struct Timed {
   TracedStreak streak = {};
@@ -31,9 +27,9 @@ struct Timed {
 Timed trace(const Preset& preset, const ShardKey& key, const EnvironmentRequest& environment) {
   StreakRequest request = shard_request(preset, key);
   request.environment = environment;
-  const double start_s = cpu_s();
+  const double start_s = process_cpu_s();
   Timed timed = {.streak = trace_streak(request)};
-  timed.cpu_s = cpu_s() - start_s;
+  timed.cpu_s = process_cpu_s() - start_s;
   return timed;
 }
 
@@ -92,9 +88,9 @@ Error error_at(const Preset& preset, const ShardKey& key, const TracedStreak& st
 void report_map(const Preset& preset, const ShardKey& key, const std::string& file) {
   EnvironmentRequest environment = {.transfer_degree = highest_harmonic_degree};
   environment.map.radiance = read_environment_map(file);
-  const double start_s = cpu_s();
+  const double start_s = process_cpu_s();
   const auto coefficients = harmonic_coefficients(environment.map, highest_harmonic_degree);
-  const double projecting_s = cpu_s() - start_s;
+  const double projecting_s = process_cpu_s() - start_s;
   const Timed timed = trace(preset, key, environment);
   fmt::print("set {}, view {}, {}: projected in {:.2f} s, traced in {:.2f} s; relRMSE by degree",
              key.oscillation, key.view_elevation_deg, std::filesystem::path(file).stem().string(),
