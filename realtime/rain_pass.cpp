@@ -288,7 +288,6 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   RainPass pass;
   pass.origin_m = scene.camera.position_m;
   pass.space = &space;
-  pass.far_streaks = options.far_streaks;
   pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
@@ -323,6 +322,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.target = make_framebuffer({pass.sum.id(), pass.coverage.id()}, surfaces.depth.id());
   const bool billboards = options.path == RainPath::billboards_2010;
   pass.lens = !billboards && has_circles(scene.camera);
+  pass.far_streaks = billboards ? 0 : options.far_streaks;
   if (scene.camera.depth_of_field) pass.notes.push_back(lens_note(scene.camera, billboards));
   if (billboards) {
     if (pass.taps > 1)

@@ -179,6 +179,14 @@ TEST(FarField, ManyStreaksAPixelAreTheSameBytesAsAll) {
   EXPECT_EQ(all.render(0.5).color.values, many.render(0.5).color.values);
 }
 
+TEST(FarField, BillboardsDrawEveryDrop) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = dense_rain();
+  RainRenderer all(scene, quarter_atlas(), {.path = RainPath::billboards_2010});
+  RainRenderer few(scene, quarter_atlas(), {.path = RainPath::billboards_2010, .far_streaks = 2});
+  EXPECT_EQ(all.render(0.5).color.values, few.render(0.5).color.values);
+}
+
 TEST(FarField, QuadsDrawTheSameFewStreaks) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = dense_rain();
