@@ -54,6 +54,7 @@ struct Follower {
   const DropInstant& drop;
   const EmbreeDrop& embree;
   const PathOptions& options;
+  bool polarised = true;
 
   // Calls escape(direction, power) for every ray that leaves.
   template <typename Escape>
@@ -99,6 +100,7 @@ struct Follower {
   void next(Ray ray, const Escape& escape) const {
     if (ray.inside && ++ray.order > options.max_order) return;
     if (ray.stokes[0] < options.min_power) return;
+    if (!polarised) ray.stokes.tail<3>().setZero();
     const auto hit = embree.intersect(drop, ray.position, ray.direction,
                                       ray.inside ? RaySide::inside : RaySide::outside);
     if (hit) {
@@ -184,7 +186,7 @@ struct BruteJob {
     if (!hit) return;
     add_hit(camera_ray.pixel, sums);
     const Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
-    Follower{drop, embree, request.field.paths}.follow(
+    Follower{drop, embree, request.field.paths, options.polarised}.follow(
         ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
           add_exit(camera_ray.pixel, direction, power, sums);
         });
@@ -263,6 +265,8 @@ BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions&
   if (request.cone_half_angle_rad == 0) {
     throw std::invalid_argument("cone_half_angle_rad = 0; expected a cone: no ray meets a point");
   }
+  if (!options.polarised && options.follower == RayFollower::wide)
+    throw std::invalid_argument("polarised = false; expected the independent follower");
   double bound = 1;  // over all instants, relative to r0
   for (int k = 0; k <= 64; ++k) {
     const DropInstant drop = drop_at(request.drop, request.exposure_s * k / 64);

@@ -27,6 +27,9 @@ struct BruteOptions {
   int rays_per_instant = 2000;  // over the drop's bounding square
   std::uint64_t seed = 7;
   RayFollower follower = RayFollower::independent;
+  // False: light leaves every interface unpolarised, to tell what that costs (an averaged Fresnel
+  // share at each); of the independent follower alone.
+  bool polarised = true;
 };
 
 struct Estimate {
@@ -43,7 +46,8 @@ struct BruteStreak {
   double rays = 0;  // that met the drop
 };
 
-// Throws std::invalid_argument for a cone of half angle 0: no ray meets a point.
+// Throws std::invalid_argument for a cone of half angle 0: no ray meets a point; and for wide rays
+// that are not to be polarised.
 // Of the request's field options only those of the paths and the instruction set are used. Same
 // bytes for any thread count. `progress` gets the share done, 0 .. 1, from one thread at a time.
 BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions& options,
