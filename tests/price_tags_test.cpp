@@ -48,6 +48,13 @@ TEST(PriceTags, TheStandardErrorIsThatOfTheMean) {
   EXPECT_NEAR(price.sum_error, std::sqrt(14.0 / 12), 1e-12);
 }
 
+TEST(PriceTags, TheMedianIsOfEachStreaksOwnLight) {
+  // Off by 10, 20 and 300 %, the last one bright; one is dark.
+  const Price price = price_of({streak_sums({1.1f}, {1}), streak_sums({0.8f}, {1}),
+                                streak_sums({400}, {100}), streak_sums({0}, {0})});
+  EXPECT_NEAR(price.typical, 0.2, rounding);
+}
+
 TEST(PriceTags, WhatCannotBePricedIsRefused) {
   EXPECT_THROW(streak_sums({1, 2}, {1}), std::invalid_argument);
   EXPECT_THROW(streak_sums({std::numeric_limits<float>::quiet_NaN()}, {1}), std::runtime_error);
@@ -62,10 +69,10 @@ TEST(PriceTags, TwoDigitsOfTheErrorAreShownOfAtMostFourDecimals) {
 }
 
 TEST(PriceTags, ATableHasARowForEachTag) {
-  const Table table = price_table("t", {{"a", "b", {0.1, 0.01, 0.2, 0.01, 0.9, 0.01}, "c"}});
+  const Table table = price_table("t", {{"a", "b", {0.1, 0.01, 0.2, 0.01, 0.9, 0.01, 0.05}, "c"}});
   ASSERT_EQ(table.rows.size(), 1u);
   EXPECT_EQ(table.rows[0], (std::vector<std::string>{"a", "b", "10.0 +- 1.0 %", "20.0 +- 1.0 %",
-                                                     "90.0 +- 1.0 %", "c"}));
+                                                     "5 %", "90.0 +- 1.0 %", "c"}));
   EXPECT_EQ(table.head.size(), table.rows[0].size());
 }
 

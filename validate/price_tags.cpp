@@ -38,6 +38,16 @@ double root(double ratio) {
   return std::sqrt(std::abs(ratio));
 }
 
+double median_error(const std::vector<StreakSums>& streaks) {
+  std::vector<double> errors;
+  for (const StreakSums& streak : streaks) {
+    if (streak.truth_light != 0) errors.push_back(std::abs(streak.light / streak.truth_light - 1));
+  }
+  const auto middle = errors.begin() + (std::ssize(errors) - 1) / 2;
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
 }  // namespace
 
 StreakSums streak_sums(const std::vector<float>& ours, const std::vector<float>& truth) {
@@ -72,7 +82,8 @@ Price price_of(const std::vector<StreakSums>& streaks) {
   const Ratio picture = jackknife(squares, truth_squares, root);
   const Ratio of_light = jackknife(light_squares, truth_light_squares, root);
   const Ratio sum = jackknife(light, truth, [](double ratio) { return ratio; });
-  return {picture.value, picture.error, of_light.value, of_light.error, sum.value, sum.error};
+  return {picture.value, picture.error, of_light.value,       of_light.error,
+          sum.value,     sum.error,     median_error(streaks)};
 }
 
 std::string percent_text(double value, double error) {
@@ -85,13 +96,15 @@ std::string percent_text(double value, double error) {
 }
 
 Table price_table(const std::string& title, const std::vector<PriceTag>& tags) {
-  Table table = {.title = title,
-                 .head = {"approximation", "against", "error of the pictures",
-                          "error of a streak's light", "sum of all light", "cost"}};
+  Table table = {
+      .title = title,
+      .head = {"approximation", "against", "error of the pictures", "error of the light of streaks",
+               "of the median streak", "sum of all light", "cost"}};
   for (const PriceTag& tag : tags) {
     table.rows.push_back({tag.approximation, tag.against,
                           percent_text(tag.price.picture, tag.price.picture_error),
                           percent_text(tag.price.light, tag.price.light_error),
+                          fmt::format("{:.2g} %", 100 * tag.price.typical),
                           percent_text(tag.price.sum, tag.price.sum_error), tag.cost});
   }
   return table;

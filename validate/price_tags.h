@@ -4,7 +4,9 @@
 //   light     the same of the light of each streak, D_i = (A_i - T_i)^2,  S_i = T_i^2,
 //             A_i = sum over pixels a,  T_i = sum t
 //   sum       sum_i A_i / sum_i T_i
-// over the streaks i, so that the bright ones decide. The standard errors are jackknife estimates
+// over the streaks i, so that the bright ones decide; and
+//   typical   the median of |A_i - T_i| / T_i (nearest rank; streaks without light left out).
+// The standard errors are jackknife estimates
 // (Efron and Stein 1981): n times the same with one streak left out at a time,
 //   sqrt((n - 1) / n sum_i (e_(i) - mean)^2).
 // They tell how far another choice of as many lights would move the price, and hold the noise of
@@ -31,6 +33,7 @@ struct Price {
   double picture = 0, picture_error = 0;  // relative RMSE, one standard error
   double light = 0, light_error = 0;
   double sum = 1, sum_error = 0;
+  double typical = 0;  // no error is told of it
 };
 
 // Throws std::invalid_argument for fewer than two streaks, and std::runtime_error where, one left
