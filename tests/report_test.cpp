@@ -343,5 +343,18 @@ TEST(Machine, IsDescribedWithNoBlank) {
   for (const auto& [name, text] : machine) EXPECT_FALSE(text.empty()) << name;
 }
 
+TEST(ReportVerdict, NamesTheLargestRelativeErrorThatWasFound) {
+  Report report;
+  report.checks = {{.name = "a.small", .value = 0.02, .bound = 0.03, .unit = "relative"},
+                   {.name = "a.large", .value = 0.41, .bound = 0.45, .unit = "relative RMSE"},
+                   {.name = "a.other_unit", .value = 3, .bound = 4, .unit = "standard errors"}};
+  const std::string summary = summary_html(report);
+  EXPECT_NE(summary.find("The largest relative error found is 41 % (<a href=\"#how-a.large\">"),
+            std::string::npos)
+      << summary.substr(0, 600);
+  report.checks = {report.checks[2]};
+  EXPECT_EQ(summary_html(report).find("largest relative error"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace pluvia

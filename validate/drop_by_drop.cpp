@@ -36,14 +36,6 @@ Light sun_of(const SunDirection& sun, int channel) {
           .illuminance_lux = sun_lux * Eigen::Vector3d::Unit(channel)};
 }
 
-StreakGeometry geometry_of(const StreakAtlas& atlas) {
-  return {.pixel_m = atlas.pixel_m,
-          .cell_width_px = static_cast<double>(atlas.cell_width_px),
-          .exposure_s = atlas.exposure_s,
-          .path_top_row = atlas.views.at(0).path_top_row,
-          .mean_radius_m = atlas.mean_radius_m};
-}
-
 StreakMask rectangle_of(const StreakPlacement& placed, const StreakAtlas& atlas) {
   constexpr double margin_px = 4;
   const double rows = 2 * atlas.views.at(0).path_top_row + placed.path_rows;
@@ -137,6 +129,14 @@ Scene scene_of(const DropsScene& drops, const StreakAtlas& atlas) {
   for (std::size_t i = 0; i < drops.suns.size(); ++i)
     scene.lights.push_back(sun_of(drops.suns[i], static_cast<int>(i)));
   return scene;
+}
+
+StreakGeometry geometry_of(const StreakAtlas& atlas) {
+  return {.pixel_m = atlas.pixel_m,
+          .cell_width_px = static_cast<double>(atlas.cell_width_px),
+          .exposure_s = atlas.exposure_s,
+          .path_top_row = atlas.views.at(0).path_top_row,
+          .mean_radius_m = atlas.mean_radius_m};
 }
 
 std::vector<StreakMask> rectangles_of(const Scene& scene, const StreakAtlas& atlas) {

@@ -40,15 +40,28 @@ std::ptrdiff_t passed_of(const std::vector<Check>& checks) {
   return std::count_if(checks.begin(), checks.end(), passes);
 }
 
+// Of the checks that measure a relative error, the one that finds most; nothing without any.
+std::string largest_error_html(const std::vector<Check>& checks) {
+  const Check* largest = nullptr;
+  for (const Check& check : checks) {
+    const bool relative = check.unit.rfind("relative", 0) == 0 && std::isfinite(check.value);
+    if (relative && (!largest || check.value > largest->value)) largest = &check;
+  }
+  if (!largest) return "";
+  return fmt::format(" The largest relative error found is {:.2g} % (<a href=\"#{}\">{}</a>).",
+                     100 * largest->value, anchor("how-", largest->name), html_text(largest->name));
+}
+
 std::string verdict_html(const std::vector<Check>& checks) {
   const auto passed = passed_of(checks), total = std::ssize(checks);
   if (total == 0) return "<p class=\"verdict\">No check was made.</p>";
   return fmt::format(
       "<p class=\"verdict\"><strong class=\"{}\">{} of {} checks passed</strong>, against closed "
-      "forms, ray tracing and published data: {}.</p>\n",
+      "forms, ray tracing and published data: {}.{}</p>\n",
       passed == total ? "pass" : "fail", passed, total,
-      passed == total ? "the rain is as true as they can tell"
-                      : "do not trust what the failed ones judge");
+      passed == total ? "the rain is as true as its bounds tell"
+                      : "do not trust what the failed ones judge",
+      largest_error_html(checks));
 }
 
 std::string failures_html(const std::vector<Check>& checks) {

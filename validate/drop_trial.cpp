@@ -1,0 +1,74 @@
+#include "validate/drop_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "validate/checks.h"
+
+namespace pluvia {
+
+bool can_be_judged(const StreakAtlas& atlas) {
+  const auto has = [&](int elevation_deg) {
+    return std::any_of(atlas.views.begin(), atlas.views.end(),
+                       [&](const AtlasView& view) { return view.elevation_deg == elevation_deg; });
+  };
+  return atlas.layers.size() == 10 && has(0) && has(20) && has(40) &&
+         atlas.lights == gn2006_light_directions() && !atlas.layers.front().env.empty();
+}
+
+ReferenceOptions reference_options(const Preset& preset) {
+  return {.refractive_index = bands_of(preset).at(0).refractive_index,
+          .cone_half_angle_rad = preset.cone_half_angle_deg * std::numbers::pi / 180};
+}
+
+ReferenceSettings reference_settings(double samples_per_px) {
+  return {.error = 1e-9,
+          .learning_passes = 4,
+          .least_passes = 12,
+          .most_passes = 12,
+          .surface_samples = 1,
+          .samples_per_px = samples_per_px};
+}
+
+DropTrial trial_of(const DropsScene& drops, const StreakAtlas& atlas, const Preset& preset,
+                   const ReferenceOptions& options, const ReferenceSettings& settings) {
+  DropTrial trial = {.scene = scene_of(drops, atlas)};
+  trial.masks = rectangles_of(trial.scene, atlas);
+  trial.truth = reference_light(trial.scene, preset, static_cast<int>(atlas.layers.size()),
+                                trial.masks, options, settings);
+  return trial;
+}
+
+double hidden_in_noise(const Distance& distance) {
+  if (distance.relative_rmse == 0) return distance.standard_error;
+  return std::sqrt(2 * distance.relative_rmse * distance.standard_error);
+}
+
+Distance beyond_noise(const NoisyError& error) {
+  if (error.squared <= error.standard_error) return {0, std::sqrt(error.standard_error)};
+  const double root = std::sqrt(error.squared);
+  return {root, error.standard_error / (2 * root)};
+}
+
+Distance distance_of(const std::vector<StreakFlux>& fluxes) {
+  Distance distance = beyond_noise(flux_error(fluxes).all);
+  double ours = 0, truth = 0, variance = 0;
+  for (const StreakFlux& flux : fluxes) {
+    ours += flux.measured;
+    truth += flux.truth;
+    variance += flux.standard_error * flux.standard_error;
+  }
+  distance.sum = ours / truth;
+  distance.sum_error = std::sqrt(variance) / truth;
+  return distance;
+}
+
+Check check_of(const std::string& name, const Distance& distance, double bound,
+               const std::string& why) {
+  Check check = deviation(name, distance.relative_rmse, 0, bound, "relative RMSE", why);
+  check.uncertainty = distance.standard_error;
+  return check;
+}
+
+}  // namespace pluvia
