@@ -239,6 +239,8 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   command->add_option("--data", flags.inputs.data_folder, "the project's data folder")
       ->capture_default_str();
   command->add_option("--out", flags.out, "folder of report.json and index.html")->required();
+  command->add_flag("--full", flags.inputs.full,
+                    "price every approximation: grids, sizes, skies, drawing; some 20 minutes");
   command->add_option("--video", flags.video, "to show in the report, relative to its folder");
   command->footer("example: pluvia validate --database db --atlas atlas --out report");
   return command;

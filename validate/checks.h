@@ -79,6 +79,26 @@ void add_png_check(const std::vector<unsigned char>& png, const Image& frame, do
 void add_reference_checks(const Preset& preset, const std::string& atlas_folder,
                           const Progress& progress, Report& report);
 
+// What each approximation costs (validate/price_tags.h), a table for each kind. brief: single
+// streaks of one drop, some 20 CPU s; full: of more drops, and the grids of lights and views, sizes
+// of drops, degrees of the sky, some minutes. data_folder: of the sky's map.
+enum class StudyDepth { brief, full };
+void add_streak_prices(const Preset& preset, const std::string& data_folder, StudyDepth depth,
+                       const Progress& progress, Report& report);
+
+// The same of levels and formats of an atlas.
+void add_format_prices(const StreakAtlas& atlas, Report& report);
+
+// The same of frames: of a scene's, 320 x 180 px, against its exact composite, of drops near the
+// camera and near lamps against the reference. A few minutes.
+void add_frame_prices(const std::string& scene_file, const StreakAtlas& atlas, const Preset& preset,
+                      const Progress& progress, Report& report);
+
+// A small frame of near rain against the reference tracer: reference.frame, a comparison, and what
+// each lookup costs it; full: with more samples and more of them.
+void add_whole_frame_check(const Preset& preset, const StreakAtlas& atlas,
+                           const std::string& data_folder, StudyDepth depth, Report& report);
+
 // The metrics of pictures (docs/fidelity.md), as prefix.psnr.ldr and .hdr, .ssim, .ms_ssim,
 // .flip.ldr and .hdr, .streak_flux, .streaks.brightness, .width and .lean, .spectrum.rings and
 // .sectors, with a table of percentiles and the error maps. The pictures are taken as exact.

@@ -27,6 +27,23 @@ void add_packing_checks(const FidelityInputs& inputs, Report& report) {
   const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
   add_atlas_checks(inputs.database_folder, atlas, report);
   add_lamp_check(inputs.database_folder, atlas, report);
+  add_format_prices(atlas, report);
+}
+
+// What each approximation costs.
+void add_prices(const FidelityInputs& inputs, const Preset& preset, const Progress& progress,
+                Report& report) {
+  const StudyDepth depth = inputs.full ? StudyDepth::full : StudyDepth::brief;
+  const Preset preview = read_preset(inputs.data_folder + "/presets/preview.toml");
+  add_streak_prices(preview, inputs.data_folder, depth, progress, report);
+  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  if (!inputs.full) {
+    report.skipped.push_back(
+        "what grids, sizes, degrees of the sky, drawing and nearness cost: pluvia validate --full");
+  } else {
+    add_frame_prices(inputs.scene_file, atlas, preset, progress, report);
+  }
+  add_whole_frame_check(preset, atlas, inputs.data_folder, depth, report);
 }
 
 // What the page says at its top: no check sees these.
@@ -63,7 +80,10 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   add_frame_check(inputs.scene_file, inputs.atlas_folder, inputs.time_s, frame);
   add_reference_checks(
       preset, inputs.atlas_folder,
-      [&](const std::string& what, double share) { step(what, 0.1 + 0.3 * share); }, frame);
+      [&](const std::string& what, double share) { step(what, 0.1 + 0.2 * share); }, frame);
+  add_prices(
+      inputs, preset, [&](const std::string& what, double share) { step(what, 0.3 + 0.1 * share); },
+      frame);
 
   Report report;
   report.machine = describe_machine();

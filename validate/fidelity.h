@@ -15,6 +15,7 @@ struct FidelityInputs {
   std::string data_folder = {};            // data/ of the project
   std::string scene_file = {};             // of the frame that is checked against the composite
   double time_s = 1;                       // shutter-open of the checked frame
+  bool full = false;                       // price every approximation: some 20 minutes more
   std::vector<std::string> commands = {};  // for the report
 };
 

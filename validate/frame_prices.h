@@ -1,0 +1,60 @@
+// What the approximations of frames cost, each switched on alone: drawing, against the exact
+// composite of the same drops; what a drop's surroundings are taken for, against the reference
+// tracer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "atlas/streak_atlas.h"
+#include "raytrace/preset.h"
+#include "raytrace/scene.h"
+#include "validate/drop_trial.h"
+#include "validate/price_tags.h"
+#include "validate/report.h"
+
+namespace pluvia {
+
+// A picture in squares of side_px (those at the right and lower edge may be smaller), each as if it
+// were a streak, all channels together.
+std::vector<StreakSums> square_sums(const Image& ours, const Image& truth, int side_px);
+
+// Rain layers of a frame, in squares of 20 px, against the exact composite of all its drops: as the
+// renderer draws by default, quads alone, coarser texels; and the same of rain eight times as
+// dense, where streaks hide each other more often, whole and by few far streaks for many. The scene
+// is without splashes, lens and shadows (validate/frame_composite.h).
+std::vector<PriceTag> drawing_prices(const Scene& scene, const StreakAtlas& atlas);
+
+// One row of a table of distances.
+struct DistanceTag {
+  std::string approximation = {}, against = {};
+  Distance distance = {};
+};
+Table distance_table(const std::string& title, const std::vector<DistanceTag>& tags);
+
+// One view and one direction of light for the whole of a streak, although a near drop falls through
+// many: single drops of two sets, 6 to 0.3 m away, under three suns, in the middle of the streak
+// from directions that the database holds; real time against the reference with its orders.
+std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset& preset);
+
+// A lamp taken as a direction and an illuminance, those at the middle of a drop's path, and not as
+// the place that it is: reference against reference, lamps 4 to 0.25 m from the path's middle.
+std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset);
+
+// A whole frame of some 300 drops 1 to 7 m before the camera under the map of a city and a sun,
+// 320 x 180 pixels, no surface. All its drops are near: the reference needs a minute, not hours.
+Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder);
+
+struct ReferenceFrame {
+  Image rain = {};      // RGB
+  Image variance = {};  // of it
+};
+// passes >= 2, besides four that learn.
+ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
+                               const ReferenceOptions& options, const Preset& preset,
+                               double samples_per_px, int passes);
+
+// Rain layer of a real-time frame against it, pixel by pixel, less the noise; sum: of all light.
+Distance frame_distance(const Image& rain, const ReferenceFrame& truth);
+
+}  // namespace pluvia
