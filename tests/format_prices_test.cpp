@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/synthetic_atlas.h"
+#include "validate/checks.h"
 
 namespace pluvia {
 namespace {
@@ -69,6 +70,21 @@ TEST(FormatPrices, CoarserLevelsLoseDetailAndNoLight) {
   EXPECT_GT(second.picture, 0.001);
   // Heights that are odd have a row of zeros below: their texels are spread over it.
   for (const Price* price : {&second, &third}) EXPECT_NEAR(price->sum, 1, 0.01);
+}
+
+TEST(FormatPrices, AnAtlasTooDimForHalfFloatsFailsItsCheck) {
+  StreakAtlas atlas = synthetic_atlas(
+      {.cell_width_px = 8, .levels = 3, .layers = 1, .path_rows = 120, .margin_rows = 4});
+  Report report;
+  add_format_prices(atlas, report);
+  ASSERT_EQ(report.checks.size(), 1u);
+  EXPECT_EQ(report.checks[0].name, "tags.half");
+  EXPECT_TRUE(passes(report.checks[0]));
+  for (Image& level : atlas.layers[0].point) {
+    for (float& value : level.values) value *= 1e-6f;
+  }
+  add_format_prices(atlas, report);
+  EXPECT_FALSE(passes(report.checks[1]));
 }
 
 }  // namespace

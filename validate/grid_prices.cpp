@@ -84,6 +84,11 @@ std::vector<int> views_of(int step_deg, int most_view_deg) {
   return views;
 }
 
+// Over those of the database of 2006.
+double bytes_ratio(int light_step_deg, int view_step_deg) {
+  return atlas_bytes(1, light_step_deg, view_step_deg, 1) / atlas_bytes(1, 20, 20, 1);
+}
+
 LitView lit_view(StreakRequest streak, int view_deg) {
   streak.view_elevation_deg = view_deg;
   return {view_deg, trace_streak(streak).light};
@@ -187,7 +192,8 @@ std::vector<PriceTag> light_grid_prices(const std::vector<StreakRequest>& streak
   for (const GridPrice& price : prices)
     tags.push_back({fmt::format("lights every {} degrees, {}", price.step_deg, name_of(price.mode)),
                     "traced in between", price_of(price.sums),
-                    fmt::format("{} lights", light_grid(price.step_deg).size())});
+                    fmt::format("{} lights, {:.1f} x the bytes", light_grid(price.step_deg).size(),
+                                bytes_ratio(price.step_deg, 20))});
   return tags;
 }
 
@@ -210,9 +216,11 @@ std::vector<PriceTag> view_grid_prices(const std::vector<StreakRequest>& streaks
   }
   std::vector<PriceTag> tags;
   for (const GridPrice& price : prices)
-    tags.push_back({fmt::format("views every {} degrees, {}", price.step_deg, name_of(price.mode)),
-                    "traced in between", price_of(price.sums),
-                    fmt::format("{} views of 0 .. 80", views_of(price.step_deg, 80).size())});
+    tags.push_back(
+        {fmt::format("views every {} degrees, {}", price.step_deg, name_of(price.mode)),
+         "traced in between", price_of(price.sums),
+         fmt::format("{} views of 0 .. 80, {:.1f} x the bytes", views_of(price.step_deg, 80).size(),
+                     bytes_ratio(20, price.step_deg))});
   return tags;
 }
 

@@ -105,8 +105,16 @@ void add_streak_prices(const Preset& preset, const std::string& data_folder, Stu
 }
 
 void add_format_prices(const StreakAtlas& atlas, Report& report) {
-  add_table("What the form of the atlas costs", report,
-            [&] { return format_prices(atlas, static_cast<int>(atlas.layers.size()) - 1); });
+  const Tags tags = format_prices(atlas, static_cast<int>(atlas.layers.size()) - 1);
+  report.tables.push_back(price_table("What the form of the atlas costs", tags));
+  const auto half = std::find_if(tags.begin(), tags.end(), [](const PriceTag& tag) {
+    return tag.approximation.find("half floats") != std::string::npos;
+  });
+  report.checks.push_back(deviation(
+      "tags.half", half->price.picture, 0, 0x1p-11, "relative RMSE",
+      "Pictures of the atlas's last set, finest level, rounded to half floats, against floats. A "
+      "half float is off by at most 2^-11 of itself, unless it is below 6e-5: an atlas too dim for "
+      "half floats fails. Both are deterministic: no uncertainty."));
 }
 
 }  // namespace pluvia
