@@ -89,8 +89,9 @@ void add_streak_prices(const Preset& preset, const std::string& data_folder, Stu
 // The same of levels and formats of an atlas.
 void add_format_prices(const StreakAtlas& atlas, Report& report);
 
-// The same of frames: of a scene's, 320 x 180 px, against its exact composite, of drops near the
-// camera and near lamps against the reference. A few minutes.
+// The same of frames: of a scene's, 320 x 180 px with a quarter of its drops and with twice as
+// many, against the exact composite, of drops near the camera and near lamps against the reference.
+// A few minutes.
 void add_frame_prices(const std::string& scene_file, const StreakAtlas& atlas, const Preset& preset,
                       const Progress& progress, Report& report);
 

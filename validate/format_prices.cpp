@@ -99,8 +99,9 @@ std::vector<PriceTag> format_prices(const StreakAtlas& atlas, int layer) {
     const int width = atlas.cell_width_px >> level;
     const auto add = [&](const std::string& what, const std::string& against,
                          const std::vector<StreakSums>& of, const std::string& cost) {
-      tags.push_back(
-          {fmt::format("{} texels across: {}", width, what), against, price_of(of), cost});
+      tags.push_back({fmt::format("{} across: {}",
+                                  width == 1 ? "1 texel" : fmt::format("{} texels", width), what),
+                      against, price_of(of), cost});
     };
     const std::string share = fmt::format("1 / {} of the texels", 1 << (2 * level));
     if (level > 0) add("floats", "the finest level", sums.coarse, share);

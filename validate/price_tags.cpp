@@ -48,6 +48,11 @@ double median_error(const std::vector<StreakSums>& streaks) {
   return *middle;
 }
 
+// Sums of floats are not exact to more.
+std::string median_text(double typical) {
+  return typical < 1e-6 ? "below 0.0001 %" : fmt::format("{:.2g} %", 100 * typical);
+}
+
 }  // namespace
 
 StreakSums streak_sums(const std::vector<float>& ours, const std::vector<float>& truth) {
@@ -101,11 +106,10 @@ Table price_table(const std::string& title, const std::vector<PriceTag>& tags) {
       .head = {"approximation", "against", "error of the pictures", "error of the light of streaks",
                "of the median streak", "sum of all light", "cost"}};
   for (const PriceTag& tag : tags) {
-    table.rows.push_back({tag.approximation, tag.against,
-                          percent_text(tag.price.picture, tag.price.picture_error),
-                          percent_text(tag.price.light, tag.price.light_error),
-                          fmt::format("{:.2g} %", 100 * tag.price.typical),
-                          percent_text(tag.price.sum, tag.price.sum_error), tag.cost});
+    table.rows.push_back(
+        {tag.approximation, tag.against, percent_text(tag.price.picture, tag.price.picture_error),
+         percent_text(tag.price.light, tag.price.light_error), median_text(tag.price.typical),
+         percent_text(tag.price.sum, tag.price.sum_error), tag.cost});
   }
   return table;
 }

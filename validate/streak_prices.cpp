@@ -213,7 +213,8 @@ std::vector<PriceTag> sky_prices(const std::vector<StreakRequest>& streaks, cons
   for (int degree = 0; degree <= most_degree; ++degree)
     tags.push_back({fmt::format("the sky to degree {}", degree), "the map itself",
                     price_of(sums[static_cast<std::size_t>(degree)]),
-                    fmt::format("{} cells a streak", harmonic_count(degree))});
+                    degree == 0 ? "1 cell a streak"
+                                : fmt::format("{} cells a streak", harmonic_count(degree))});
   return tags;
 }
 

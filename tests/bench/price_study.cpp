@@ -1,5 +1,5 @@
 // What each approximation costs, as the report's tables and checks, in Markdown:
-//   price_study PRESET [--brief | --full] [--atlas DIR [--reference] [--frame] [--drawing]]
+//   price_study PRESET [--full] [--streaks] [--atlas DIR [--reference] [--frame] [--drawing]]
 #include <exception>
 #include <string>
 
@@ -36,19 +36,19 @@ int main(int argc, char** argv) {
   using namespace pluvia;
   CLI::App app("what each approximation costs");
   std::string preset_file, atlas_folder;
-  bool brief = false, full = false, reference = false, frame = false, drawing = false;
+  bool streaks = false, full = false, reference = false, frame = false, drawing = false;
   app.add_flag("--frame", frame, "a whole frame against the reference");
   app.add_flag("--drawing", drawing, "drawing, near drops, near lamps");
-  app.add_flag("--brief", brief, "single streaks of two drops");
+  app.add_flag("--streaks", streaks, "single streaks of two drops");
   app.add_option("preset", preset_file, "whose drops are traced")->required();
   app.add_option("--atlas", atlas_folder, "whose levels and formats are priced");
-  app.add_flag("--full", full, "more drops, and grids, sizes and skies");
+  app.add_flag("--full", full, "of each more: also grids, sizes, skies; lookups of the frame");
   app.add_flag("--reference", reference, "drops against the reference tracer, too");
   CLI11_PARSE(app, argc, argv);
   try {
     Report report;
     const Preset preset = read_preset(preset_file);
-    if (brief || full)
+    if (streaks)
       add_streak_prices(preset, PLUVIA_DATA_DIR, full ? StudyDepth::full : StudyDepth::brief, {},
                         report);
     if (!atlas_folder.empty()) {
