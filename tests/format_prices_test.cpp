@@ -85,6 +85,13 @@ TEST(FormatPrices, AnAtlasTooDimForHalfFloatsFailsItsCheck) {
   }
   add_format_prices(atlas, report);
   EXPECT_FALSE(passes(report.checks[1]));
+  for (Image& level : atlas.layers[0].point) {
+    for (float& value : level.values) value = 0;
+  }
+  add_format_prices(atlas, report);
+  EXPECT_EQ(report.checks.size(), 2u);
+  ASSERT_EQ(report.skipped.size(), 1u);
+  EXPECT_NE(report.skipped[0].find("tags.half"), std::string::npos);
 }
 
 }  // namespace

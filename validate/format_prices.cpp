@@ -91,6 +91,16 @@ std::vector<float> enlarged(const std::vector<float>& coarse, int coarse_width, 
   return fine;
 }
 
+int lit_cells(const StreakAtlas& atlas, int layer) {
+  const Image& picture = atlas.layers.at(static_cast<std::size_t>(layer)).point.at(0);
+  int lit = 0;
+  for (int view = 0; view < static_cast<int>(atlas.views.size()); ++view) {
+    for (int column = 0; column < static_cast<int>(atlas.lights.size()); ++column)
+      lit += largest_of(cell_of(atlas, picture, view, column, 0)) > 0 ? 1 : 0;
+  }
+  return lit;
+}
+
 std::vector<PriceTag> format_prices(const StreakAtlas& atlas, int layer) {
   const AtlasLayer& pictures = atlas.layers.at(static_cast<std::size_t>(layer));
   std::vector<PriceTag> tags;

@@ -24,9 +24,13 @@ std::vector<float> cell_of(const StreakAtlas& atlas, const Image& picture, int v
 std::vector<float> enlarged(const std::vector<float>& coarse, int coarse_width, int level,
                             int fine_width, int fine_height);
 
+// Cells of point lights of one layer that have any light.
+int lit_cells(const StreakAtlas& atlas, int layer);
+
 // Over all cells of point lights of one layer: each level against level 0, and, of each level, half
 // floats and bytes with a factor for each cell against floats; bytes with one factor for all cells
-// besides. A cell without light is left out.
+// besides. A cell without light is left out; with
+// fewer than two others there is no price (price_of throws).
 std::vector<PriceTag> format_prices(const StreakAtlas& atlas, int layer);
 
 }  // namespace pluvia

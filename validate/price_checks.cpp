@@ -105,7 +105,13 @@ void add_streak_prices(const Preset& preset, const std::string& data_folder, Stu
 }
 
 void add_format_prices(const StreakAtlas& atlas, Report& report) {
-  const Tags tags = format_prices(atlas, static_cast<int>(atlas.layers.size()) - 1);
+  const int last = static_cast<int>(atlas.layers.size()) - 1;
+  if (lit_cells(atlas, last) < 2) {
+    report.skipped.push_back(
+        "tags.half, what the form of the atlas costs: fewer than two lit cells");
+    return;
+  }
+  const Tags tags = format_prices(atlas, last);
   report.tables.push_back(price_table("What the form of the atlas costs", tags));
   const auto half = std::find_if(tags.begin(), tags.end(), [](const PriceTag& tag) {
     return tag.approximation.find("half floats") != std::string::npos;
