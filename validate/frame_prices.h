@@ -41,8 +41,9 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
 // the place that it is: reference against reference, lamps 4 to 0.25 m from the path's middle.
 std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset);
 
-// A whole frame of some 300 drops 1 to 7 m before the camera under the map of a city and a sun,
-// 320 x 180 pixels, no surface. All its drops are near: the reference needs a minute, not hours.
+// A whole frame of some 600 drops, 250 of them in view, 1 to 7 m before the camera under the map of
+// a city and a sun, 320 x 180 pixels, no surface. All its drops are near: the reference needs a
+// minute, not hours.
 Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder);
 
 struct ReferenceFrame {

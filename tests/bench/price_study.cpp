@@ -1,5 +1,6 @@
 // What each approximation costs, as the report's tables and checks, in Markdown:
 //   price_study PRESET [--full] [--streaks] [--atlas DIR [--reference] [--frame] [--drawing]]
+//   [--out DIR]
 #include <exception>
 #include <string>
 
@@ -35,7 +36,7 @@ void print(const Report& report) {
 int main(int argc, char** argv) {
   using namespace pluvia;
   CLI::App app("what each approximation costs");
-  std::string preset_file, atlas_folder;
+  std::string preset_file, atlas_folder, out;
   bool streaks = false, full = false, reference = false, frame = false, drawing = false;
   app.add_flag("--frame", frame, "a whole frame against the reference");
   app.add_flag("--drawing", drawing, "drawing, near drops, near lamps");
@@ -44,6 +45,7 @@ int main(int argc, char** argv) {
   app.add_option("--atlas", atlas_folder, "whose levels and formats are priced");
   app.add_flag("--full", full, "of each more: also grids, sizes, skies; lookups of the frame");
   app.add_flag("--reference", reference, "drops against the reference tracer, too");
+  app.add_option("--out", out, "folder of the same as a page");
   CLI11_PARSE(app, argc, argv);
   try {
     Report report;
@@ -62,6 +64,7 @@ int main(int argc, char** argv) {
     }
     if (reference) add_reference_checks(preset, atlas_folder, {}, report);
     print(report);
+    if (!out.empty()) write_report(out, report);
   } catch (const std::exception& error) {
     fmt::print(stderr, "price_study: {}\n", error.what());
     return 1;
