@@ -26,15 +26,27 @@ const AtlasLayer& layer_of(const StreakAtlas& atlas, int oscillation) {
                   atlas.layers.size()));
 }
 
-// Adds weight * cell to the picture, left and right swapped where mirrored.
-void add_cell(const Image& image, const CellRect& cell, bool mirrored, const StreakValue& weight,
-              StreakPicture& picture) {
-  if (weight.isZero(0)) return;
-  for (int y = 0; y < cell.height; ++y) {
-    for (int x = 0; x < cell.width; ++x) {
-      const int column = mirrored ? cell.width - 1 - x : x;
-      picture.values[static_cast<std::size_t>(y * cell.width + x)] +=
-          static_cast<double>(image.at(cell.x + column, cell.y + y)) * weight;
+// One cell of the atlas and what it counts for in a streak.
+struct WeightedCell {
+  const Image* image = nullptr;
+  CellRect rect = {};
+  bool mirrored = false;  // left and right swapped
+  StreakValue weight = StreakValue::Zero();
+};
+
+// The sum of the cells. Row by row, all cells of a row one after the other: the row then stays in
+// the processor's nearest memory, which makes frames under a sky (16 cells a view) much cheaper.
+void add_cells(const std::vector<WeightedCell>& cells, StreakPicture& picture) {
+  for (int y = 0; y < picture.height; ++y) {
+    StreakValue* const row = &picture.values[static_cast<std::size_t>(y * picture.width)];
+    for (const WeightedCell& cell : cells) {
+      const float* const texels =
+          &cell.image->values[static_cast<std::size_t>(cell.rect.y + y) *
+                                  static_cast<std::size_t>(cell.image->width) +
+                              static_cast<std::size_t>(cell.rect.x)];
+      for (int x = 0; x < picture.width; ++x)
+        row[x] +=
+            static_cast<double>(texels[cell.mirrored ? picture.width - 1 - x : x]) * cell.weight;
     }
   }
 }
@@ -52,12 +64,14 @@ SkyLight sky_seen(const SkyLight& sky, const StreakPlacement& placement, const S
   return over ? turned_over(seen) : seen;
 }
 
-// Adds the sky's light. A database for a scene without an environment has no picture of it.
+// The cells of the sky's light. A database for a scene without an environment has no picture of it.
 void add_sky(const StreakAtlas& atlas, const AtlasLayer& layer, int view, double weight,
-             const SkyLight& sky, StreakPicture& picture) {
+             const SkyLight& sky, std::vector<WeightedCell>& cells) {
   const auto add = [&](const Image& image, int column, const Eigen::Vector3d& light) {
-    add_cell(image, cell_rect(atlas, view, column, 0), false,
-             {weight * light.x(), weight * light.y(), weight * light.z(), 0}, picture);
+    cells.push_back({&image,
+                     cell_rect(atlas, view, column, 0),
+                     false,
+                     {weight * light.x(), weight * light.y(), weight * light.z(), 0}});
   };
   if (sky.coefficients.isZero(0)) return;
   if (degree_of(sky) == 0) return add(layer.env.at(0), 0, mean_radiance(sky));
@@ -77,6 +91,7 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
                         .path_rows = row.path_bottom_row - row.path_top_row};
   picture.values.assign(static_cast<std::size_t>(picture.width * picture.height),
                         StreakValue::Zero());
+  std::vector<WeightedCell> cells;
   for (const LitStreak& light : placement.lights) {
     const FoldedAngles angles =
         fold_angles(placement.view_elevation_deg, light.light_elevation_deg,
@@ -84,16 +99,19 @@ StreakPicture lit_picture(const StreakAtlas& atlas, const Drop& drop,
     for (const LightTap& tap : mix_cells(atlas, lookup.rows, angles, lookup.mode).lights) {
       if (tap.weight == 0) continue;
       const Eigen::Vector3d irradiance = weight * tap.weight * transmitted * light.irradiance_lux;
+      if (irradiance.isZero(0)) continue;
       const int oscillation =
           tap.mirrored ? mirrored_oscillation(angles.oscillation) : angles.oscillation;
-      add_cell(layer_of(atlas, oscillation).point.at(0), cell_rect(atlas, view, tap.light, 0),
-               angles.mirrored != tap.mirrored, {irradiance.x(), irradiance.y(), irradiance.z(), 0},
-               picture);
+      cells.push_back({&layer_of(atlas, oscillation).point.at(0),
+                       cell_rect(atlas, view, tap.light, 0),
+                       angles.mirrored != tap.mirrored,
+                       {irradiance.x(), irradiance.y(), irradiance.z(), 0}});
     }
   }
   const AtlasLayer& layer = layer_of(atlas, drop.oscillation);
-  add_sky(atlas, layer, view, weight * transmitted, sky, picture);
-  add_cell(layer.coverage.at(0), cell_rect(atlas, view, 0, 0), false, {0, 0, 0, weight}, picture);
+  add_sky(atlas, layer, view, weight * transmitted, sky, cells);
+  cells.push_back({&layer.coverage.at(0), cell_rect(atlas, view, 0, 0), false, {0, 0, 0, weight}});
+  add_cells(cells, picture);
   return picture;
 }
 
