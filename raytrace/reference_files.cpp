@@ -14,7 +14,7 @@
 namespace pluvia {
 namespace {
 
-constexpr const char* kind = "pluvia reference sums 1";
+constexpr const char* kind = "pluvia reference sums 2";
 constexpr const char* names[] = {"R", "G", "B"};
 
 template <typename T>
@@ -132,7 +132,7 @@ void each_field(Fields& stratum, const Visit& visit) {
   for (auto& side : stratum.low) visit(side);
   for (auto& side : stratum.halvings) visit(side);
   visit(stratum.samples);
-  visit(stratum.squares);
+  for (auto& squares : stratum.squares) visit(squares);
 }
 
 std::string head_of(const std::string& fingerprint) {

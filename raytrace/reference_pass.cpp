@@ -90,7 +90,9 @@ void sample_stratum(const ReferenceScene& scene, const PassKey& key,
     auto deposit = sample_drop(scene, stratum.drop, place_in(stratum, inside), random);
     if (!deposit) continue;
     const Eigen::Array3d brought = deposit->weight * deposit->change;
-    stratum.squares += pixel_weights[deposit->pixel] * (luminance * brought.square()).sum();
+    for (std::size_t c = 0; c < 3; ++c)
+      stratum.squares[c] +=
+          pixel_weights[deposit->pixel] * std::pow(brought[static_cast<Eigen::Index>(c)], 2);
     deposit->weight *= volume(stratum) / count;
     deposits.push_back(*deposit);
   }

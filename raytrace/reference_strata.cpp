@@ -32,8 +32,8 @@ double swept_px2(const ReferenceScene& scene, int index) {
   return width_px * (width_px + (ends[1] - ends[0]).norm() * frame.focal_px / depth_m);
 }
 
-double rms(const Stratum& stratum) {
-  return stratum.samples > 0 ? std::sqrt(stratum.squares / stratum.samples) : 0;
+double rms(const Stratum& stratum, std::size_t channel) {
+  return stratum.samples > 0 ? std::sqrt(stratum.squares[channel] / stratum.samples) : 0;
 }
 
 // The half at the lower end; the upper one as well. What was learned holds for both.
@@ -43,22 +43,24 @@ std::array<Stratum, 2> halves(const Stratum& whole) {
   Stratum low = whole;
   low.halvings[side] += 1;
   low.samples /= 2;
-  low.squares /= 2;
+  for (double& squares : low.squares) squares /= 2;
   Stratum high = low;
   high.low[side] += 1u << (most_halvings - low.halvings[side]);
   return {low, high};
 }
 
 struct Allocator {
-  std::vector<double> by_size = {};  // of each drop
-  double per_noise = 0;              // samples per volume x rms
+  std::vector<double> by_size = {};      // of each drop
+  std::array<double, 3> per_noise = {};  // samples per volume x rms of a channel
+  double even_share = 1;                 // of a pass
   std::vector<Stratum> strata = {};
   std::vector<int> samples = {};
 
   double wanted(const Stratum& stratum) const {
     const double size = by_size[static_cast<std::size_t>(stratum.drop)];
-    if (per_noise == 0) return volume(stratum) * size;
-    return volume(stratum) * (0.25 * size + per_noise * rms(stratum));
+    double share = 0;
+    for (std::size_t c = 0; c < 3; ++c) share += per_noise[c] * rms(stratum, c);
+    return volume(stratum) * (even_share * size + share);
   }
   void add(const Stratum& stratum) {
     const double count = wanted(stratum);
@@ -101,16 +103,22 @@ std::vector<int> allocate(const ReferenceScene& scene, double samples_per_px,
                           std::vector<Stratum>& strata) {
   Allocator allocator;
   allocator.by_size.assign(scene.drops.drops.size(), 0.0);
-  double size = 0, noise = 0;
+  double size = 0;
+  std::array<double, 3> noise = {};
   for (const Stratum& stratum : strata) {
     double& by_size = allocator.by_size[static_cast<std::size_t>(stratum.drop)];
     if (by_size == 0) {
       by_size = std::max(least_of_a_drop, samples_per_px * swept_px2(scene, stratum.drop));
       size += by_size;
     }
-    noise += volume(stratum) * rms(stratum);
+    for (std::size_t c = 0; c < 3; ++c) noise[c] += volume(stratum) * rms(stratum, c);
   }
-  if (noise > 0) allocator.per_noise = 0.75 * size / noise;
+  // What is learned is shared by the channels that rain changes at all.
+  const auto bright = std::count_if(noise.begin(), noise.end(), [](double n) { return n > 0; });
+  allocator.even_share = bright > 0 ? 0.25 : 1;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (noise[c] > 0) allocator.per_noise[c] = 0.75 / static_cast<double>(bright) * size / noise[c];
+  }
   for (const Stratum& stratum : strata) allocator.add(stratum);
   strata = std::move(allocator.strata);
   return allocator.samples;

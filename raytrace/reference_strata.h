@@ -2,9 +2,11 @@
 // exposure, and the disc of directions around its reach (radius squared, angle). It is divided into
 // strata, boxes that are halved where many samples are wanted, and each gets
 //   1/4 of a pass by the drop's size in the picture and the box's volume,
-//   3/4 in proportion to volume x root mean square of what its samples brought so far
+//   3/4 shared evenly by the channels that rain changes, of each in proportion to volume x root
+//       mean square of what its samples brought to that channel so far
 // (Neyman's allocation for strata whose samples land in different pixels), at least one. Lamps are
-// seen through small places of a drop: those are found, and then divided ever finer.
+// seen through small places of a drop: those are found, and then divided ever finer. A channel has
+// a share of its own so that a light of one colour is found however bright those of others are.
 #pragma once
 
 #include <array>
@@ -20,7 +22,7 @@ struct Stratum {
   std::array<std::uint32_t, 3> low = {};       // its lower corner, in units of 2^-most_halvings
   std::array<std::uint32_t, 3> halvings = {};  // of each side
   double samples = 0;                          // so far
-  double squares = 0;                          // of what they brought, summed
+  std::array<double, 3> squares = {};          // of what they brought to each channel, summed
 };
 
 constexpr std::uint32_t most_halvings = 20;

@@ -26,13 +26,19 @@ struct Flux {  // m^2 / sr: integral of radiance over the picture, per lux; and 
   double coverage_m2 = 0;
 };
 
-Flux reference_flux(const FluxCase& c) {
-  // The drop's x is toward the camera at mid exposure (south), y image right: east.
-  Scene scene = dark_scene(4, 16);
-  const double v = c.elevation_deg * pi / 180, h = c.azimuth_deg * pi / 180;
+// The drop's x is toward the camera at mid exposure (south), y image right: east.
+Light sun(double elevation_deg, double azimuth_deg, const Eigen::Vector3d& illuminance_lux) {
+  const double v = elevation_deg * pi / 180, h = azimuth_deg * pi / 180;
   const Eigen::Vector3d toward(std::cos(v) * std::sin(h), -std::cos(v) * std::cos(h), std::sin(v));
-  scene.lights = {
-      {.name = "sun", .kind = LightKind::sun, .direction = -toward, .illuminance_lux = {1, 1, 1}}};
+  return {.name = "sun",
+          .kind = LightKind::sun,
+          .direction = -toward,
+          .illuminance_lux = illuminance_lux};
+}
+
+Flux reference_flux(const FluxCase& c) {
+  Scene scene = dark_scene(4, 16);
+  scene.lights = {sun(c.elevation_deg, c.azimuth_deg, {1, 1, 1})};
   const double half_path_m = 8.49 * scene.camera.exposure_s / 2;
   const auto made = reference_scene(
       scene, {falling_drop(scene, {0, distance_m, half_path_m}, {0, 0, -8.49}, c.oscillation)},
@@ -92,6 +98,38 @@ TEST(ReferenceFlux, AgreesWithBruteForceAndWithTheExitField) {
     EXPECT_NEAR(ours.light, field, 3 * ours.light_error + 0.01 * field) << "set " << c.oscillation;
     EXPECT_LT(error, 0.03 * ours.light) << "too blunt: " << ours.light_error << " of ours";
   }
+}
+
+// Relative, of the blue light of a streak, from the spread of seeds.
+double error_of_blue(const std::vector<Light>& lights) {
+  Scene scene = dark_scene(4, 16);
+  scene.lights = lights;
+  const double half_path_m = 8.49 * scene.camera.exposure_s / 2;
+  const auto made =
+      reference_scene(scene, {falling_drop(scene, {0, distance_m, half_path_m}, {0, 0, -8.49}, 3)},
+                      {.cone_half_angle_rad = 5 * pi / 180});
+  Sampled blue;
+  for (std::uint64_t seed = 0; seed < 16; ++seed) {
+    ReferenceSums sums = empty_sums(*made);
+    trace_reference(
+        *made,
+        {.error = 1e-9, .least_passes = 2, .most_passes = 2, .samples_per_px = 4e5, .seed = seed},
+        sums);
+    double rain = 0;
+    for (std::size_t i = 2; i < sums.rain.size(); i += 3) rain += sums.rain[i];
+    blue.add(rain);
+  }
+  return blue.standard_error() / blue.mean();
+}
+
+TEST(ReferenceFlux, FindsADimLightBesideABrightOneOfAnotherColour) {
+  // The bright one takes half of what was learned: an error greater by the root of 2. The errors
+  // are themselves known to 18 % (16 seeds): 3 of those of their ratio. One right tracer in 700
+  // fails.
+  const Light dim = sun(10, 150, {0, 0, 1});
+  const double alone = error_of_blue({dim});
+  const double beside = error_of_blue({dim, sun(10, 110, {1000, 1000, 0})});
+  EXPECT_LT(beside, std::sqrt(2.0) * (1 + 3 * 0.26) * alone) << alone;
 }
 
 }  // namespace
