@@ -138,12 +138,17 @@ void reference(const pluvia::ReferenceFlags& flags) {
 struct ValidateFlags {
   pluvia::FidelityInputs inputs = {};
   std::string out = {}, video = {};
+  bool quick = false, full = false;
 };
 
 // False when a check failed; the report is written all the same.
 bool validate(const ValidateFlags& flags) {
   pluvia::make_folder(flags.out);  // before the minutes of measuring
-  pluvia::Report report = pluvia::measure_fidelity(flags.inputs, ProgressLine());
+  pluvia::FidelityInputs inputs = flags.inputs;
+  inputs.depth = flags.quick  ? pluvia::ReportDepth::quick
+                 : flags.full ? pluvia::ReportDepth::full
+                              : pluvia::ReportDepth::usual;
+  pluvia::Report report = pluvia::measure_fidelity(inputs, ProgressLine());
   report.video = flags.video;
   pluvia::write_report(flags.out, report);
   bool passed = true;
@@ -230,17 +235,21 @@ CLI::App* add_import(CLI::App& app, ImportFlags& flags) {
 CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
   CLI::App* command = app.add_subcommand("validate", "measure fidelity and write the report");
   flags.inputs.data_folder = PLUVIA_DATA_DIR;
-  flags.inputs.scene_file = flags.inputs.data_folder + "/scenes/street.toml";
+  flags.inputs.scene_files = {flags.inputs.data_folder + "/scenes/street.toml"};
   command->add_option("--database", flags.inputs.database_folder, "folder of the database")
       ->required();
   command->add_option("--atlas", flags.inputs.atlas_folder, "folder of its atlas")->required();
-  command->add_option("--scene", flags.inputs.scene_file, "scene of the checked frame")
+  command->add_option("--scene", flags.inputs.scene_files, "scenes of the checked frames")
       ->capture_default_str();
+  CLI::Option* const quick = command->add_flag(
+      "--quick", flags.quick, "without the long checks against brute force and the reference");
   command->add_option("--data", flags.inputs.data_folder, "the project's data folder")
       ->capture_default_str();
   command->add_option("--out", flags.out, "folder of report.json and index.html")->required();
-  command->add_flag("--full", flags.inputs.full,
-                    "price every approximation: grids, sizes, skies, drawing; some 20 minutes");
+  command
+      ->add_flag("--full", flags.full,
+                 "price every approximation: grids, sizes, skies, drawing; some 20 minutes")
+      ->excludes(quick);
   command->add_option("--video", flags.video, "to show in the report, relative to its folder");
   command->footer("example: pluvia validate --database db --atlas atlas --out report");
   return command;

@@ -241,7 +241,7 @@ Report frame_report(const std::function<void(StreakAtlas&)>& spoil) {
       composite_frame(scene, atlas, drop_field(scene, make_rain_space(scene), sets, 0.5),
                       sky_of(scene, atlas, 0), frame.background, frame.depth_m);
   Report report;
-  add_frame_comparison(scene, frame, truth, "a scene", report);
+  add_frame_comparison("frame", scene, frame, truth, "a scene", report);
   return report;
 }
 
@@ -261,7 +261,7 @@ Report png_report(bool faulty) {
   // Encoded before write_png encodes.
   const auto png = faulty ? png_bytes(srgb_of(frame, white)) : png_bytes(frame, white);
   Report report;
-  add_png_check(png, frame, white, report);
+  add_png_check("frame", png, frame, white, report);
   return report;
 }
 

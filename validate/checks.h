@@ -57,27 +57,34 @@ void add_lamp_check(const std::string& database_folder, const StreakAtlas& atlas
 // Pictures of the database: every oscillation under one light, and one oscillation under many.
 void add_gallery(const std::string& database_folder, Report& report);
 
-// One real-time frame against a double-precision composite of the same drops: frame.composite,
-// frame.png, and add_picture_checks with the prefix frame.
-void add_frame_check(const std::string& scene_file, const std::string& atlas_folder, double time_s,
-                     Report& report);
+struct CheckedFrame {
+  std::string scene_file = {};
+  double time_s = 1;             // shutter-open
+  int most_width_px = 0;         // a wider camera's picture is made so small; 0: never
+  std::string prefix = "frame";  // of the checks' names
+};
+
+// One real-time frame against a double-precision composite of the same drops: prefix.composite,
+// prefix.png, and add_picture_checks with the prefix. Splashes, depth of field and shadows, which
+// the composite does not know, are left out of both, and told under `skipped`.
+void add_frame_check(const CheckedFrame& checked, const StreakAtlas& atlas, Report& report);
 
 // The same of a frame and its composite that are there already. what: "NAME at TIME".
-void add_frame_comparison(const Scene& scene, const Frame& frame, const FrameComposite& truth,
-                          const std::string& what, Report& report);
+void add_frame_comparison(const std::string& prefix, const Scene& scene, const Frame& frame,
+                          const FrameComposite& truth, const std::string& what, Report& report);
 
-// A frame's PNG (atlas/image_io.h) against its radiance: frame.png. Throws std::runtime_error for
+// A frame's PNG (atlas/image_io.h) against its radiance: prefix.png. Throws std::runtime_error for
 // bytes that are no PNG of the frame's size.
-void add_png_check(const std::vector<unsigned char>& png, const Image& frame, double white,
-                   Report& report);
+void add_png_check(const std::string& prefix, const std::vector<unsigned char>& png,
+                   const Image& frame, double white, Report& report);
 
 // Single drops in real time against the reference tracer, drop by drop (validate/drop_by_drop.h),
 // nine sets under suns that the database holds, between those, and under a uniform sky:
 // reference.flux.lamps, .lamps.sum, .sky and .between, reference.picture, and what each shortcut
 // costs. preset: how the atlas's drops oscillate, the cone of its lights. An atlas
 // without the views 0, 20 and 40 degrees, ten sets or a sky is told under `skipped`.
-void add_reference_checks(const Preset& preset, const std::string& atlas_folder,
-                          const Progress& progress, Report& report);
+void add_reference_checks(const Preset& preset, const StreakAtlas& atlas, const Progress& progress,
+                          Report& report);
 
 // What each approximation costs (validate/price_tags.h), a table for each kind. brief: single
 // streaks of one drop, some 20 CPU s; full: of more drops, and the grids of lights and views, sizes

@@ -1,6 +1,11 @@
 #include "validate/fidelity.h"
 
 #include <chrono>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "validate/checks.h"
 
@@ -22,27 +27,37 @@ void append(Report& to, const Report& from) {
   add(to.skipped, from.skipped);
 }
 
-// The atlas is let go before the frame reads its own.
-void add_packing_checks(const FidelityInputs& inputs, Report& report) {
-  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
-  add_atlas_checks(inputs.database_folder, atlas, report);
-  add_lamp_check(inputs.database_folder, atlas, report);
-  add_format_prices(atlas, report);
+std::vector<CheckedFrame> checked_frames(const FidelityInputs& inputs) {
+  if (inputs.scene_files.empty()) throw std::runtime_error("no scene; expected one or more");
+  std::vector<CheckedFrame> frames;
+  std::set<std::string> names;
+  for (const std::string& file : inputs.scene_files) {
+    const std::string name = std::filesystem::path(file).stem().string();
+    if (!names.insert(name).second)
+      throw std::runtime_error(
+          fmt::format("{}: a second scene \"{}\"; expected names that differ", file, name));
+    frames.push_back({.scene_file = file,
+                      .time_s = inputs.time_s,
+                      .most_width_px = inputs.depth == ReportDepth::quick ? 320 : 0,
+                      .prefix = frames.empty() ? "frame" : "frame." + name});
+  }
+  return frames;
 }
 
 // What each approximation costs.
-void add_prices(const FidelityInputs& inputs, const Preset& preset, const Progress& progress,
-                Report& report) {
-  const StudyDepth depth = inputs.full ? StudyDepth::full : StudyDepth::brief;
+void add_prices(const FidelityInputs& inputs, const Preset& preset, const StreakAtlas& atlas,
+                const Progress& progress, Report& report) {
+  add_format_prices(atlas, report);
+  if (inputs.depth == ReportDepth::quick) return;
+  const bool full = inputs.depth == ReportDepth::full;
+  const StudyDepth depth = full ? StudyDepth::full : StudyDepth::brief;
   const Preset preview = read_preset(inputs.data_folder + "/presets/preview.toml");
   add_streak_prices(preview, inputs.data_folder, depth, progress, report);
-  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
-  if (!inputs.full) {
+  if (full)
+    add_frame_prices(inputs.scene_files.front(), atlas, preset, progress, report);
+  else
     report.skipped.push_back(
         "what grids, sizes, degrees of the sky, drawing and nearness cost: pluvia validate --full");
-  } else {
-    add_frame_prices(inputs.scene_file, atlas, preset, progress, report);
-  }
   add_whole_frame_check(preset, atlas, inputs.data_folder, depth, report);
 }
 
@@ -59,6 +74,37 @@ std::vector<std::string> not_covered() {
       "is measured: reference.flux.between."};
 }
 
+// The database, its atlas, and what depends on both.
+Report judge_database(const FidelityInputs& inputs, const StreakAtlas& atlas) {
+  Report report;
+  add_database_checks(inputs.database_folder,
+                      inputs.data_folder + "/factors/garg_nayar_2006_point_factors.csv", report);
+  add_coverage_check(inputs.database_folder, report);
+  add_atlas_checks(inputs.database_folder, atlas, report);
+  add_lamp_check(inputs.database_folder, atlas, report);
+  add_gallery(inputs.database_folder, report);
+  return report;
+}
+
+// Frames, and single drops in them. Progress goes from 0 to 1.
+Report judge_frames(const FidelityInputs& inputs, const Preset& preset, const StreakAtlas& atlas,
+                    const std::vector<CheckedFrame>& frames, const Progress& progress) {
+  const auto part = [&](double begin, double end) {
+    return [&progress, begin, end](const std::string& what, double share) {
+      progress(what, begin + (end - begin) * share);
+    };
+  };
+  Report report;
+  for (const CheckedFrame& checked : frames) {
+    progress(checked.prefix, 0);
+    add_frame_check(checked, atlas, report);
+  }
+  if (inputs.depth != ReportDepth::quick)
+    add_reference_checks(preset, atlas, part(0.2, 0.7), report);
+  add_prices(inputs, preset, atlas, part(0.7, 1), report);
+  return report;
+}
+
 }  // namespace
 
 Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) {
@@ -66,24 +112,17 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
     if (progress) progress(what, share);
   };
   const auto start = std::chrono::steady_clock::now();
+  const std::vector<CheckedFrame> frames = checked_frames(inputs);
+  const bool quick = inputs.depth == ReportDepth::quick;
   const Preset preset = read_preset(inputs.data_folder + "/presets/gn2006.toml");
   // What depends on the caller's files comes first, so that a bad one is told before the long
   // checks, and last in the report, which climbs down the ladder of truth.
-  Report database, frame;
   step("real factors", 0);
-  add_database_checks(inputs.database_folder,
-                      inputs.data_folder + "/factors/garg_nayar_2006_point_factors.csv", database);
-  add_coverage_check(inputs.database_folder, database);
-  add_packing_checks(inputs, database);
-  add_gallery(inputs.database_folder, database);
-  step("frame", 0.02);
-  add_frame_check(inputs.scene_file, inputs.atlas_folder, inputs.time_s, frame);
-  add_reference_checks(
-      preset, inputs.atlas_folder,
-      [&](const std::string& what, double share) { step(what, 0.1 + 0.2 * share); }, frame);
-  add_prices(
-      inputs, preset, [&](const std::string& what, double share) { step(what, 0.3 + 0.1 * share); },
-      frame);
+  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  Report database = judge_database(inputs, atlas);
+  const Report frame =
+      judge_frames(inputs, preset, atlas, frames,
+                   [&](const std::string& what, double share) { step(what, 0.02 + 0.38 * share); });
 
   Report report;
   report.machine = describe_machine();
@@ -94,9 +133,14 @@ Report measure_fidelity(const FidelityInputs& inputs, const Progress& progress) 
   step("furnace", 0.45);
   add_energy_check(preset, report);
   add_mesh_check(preset, report);
-  add_field_checks(
-      preset, [&](const std::string& what, double share) { step(what, 0.5 + 0.45 * share); },
-      report);
+  if (quick)
+    report.skipped.push_back(
+        "field.*, reference.*, prices of traced streaks, frames of their full size: the report was "
+        "asked to be quick");
+  else
+    add_field_checks(
+        preset, [&](const std::string& what, double share) { step(what, 0.5 + 0.45 * share); },
+        report);
   add_streak_checks(
       inputs.database_folder,
       [&](const std::string& what, double share) { step(what, 0.95 + 0.04 * share); }, database);

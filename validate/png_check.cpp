@@ -41,8 +41,8 @@ double steps_off(unsigned char byte, double linear) {
 
 }  // namespace
 
-void add_png_check(const std::vector<unsigned char>& png, const Image& frame, double white,
-                   Report& report) {
+void add_png_check(const std::string& prefix, const std::vector<unsigned char>& png,
+                   const Image& frame, double white, Report& report) {
   const std::vector<unsigned char> bytes = decoded(png, frame);
   double worst = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -51,7 +51,7 @@ void add_png_check(const std::vector<unsigned char>& png, const Image& frame, do
   }
   // The two published constants of the curve's kink differ by 2e-5 of a step.
   report.checks.push_back(deviation(
-      "frame.png", worst, 0, 0.5 + 1e-4, "steps of a byte",
+      prefix + ".png", worst, 0, 0.5 + 1e-4, "steps of a byte",
       "The frame's PNG, read back and made linear once by the inverse of the sRGB curve, against "
       "the frame in radiance, cut to what a screen shows: the largest distance. Rounding makes "
       "half a step. Both are deterministic: no uncertainty."));

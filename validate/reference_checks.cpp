@@ -214,12 +214,11 @@ struct Judge {
 
 }  // namespace
 
-void add_reference_checks(const Preset& preset, const std::string& atlas_folder,
-                          const Progress& progress, Report& report) {
+void add_reference_checks(const Preset& preset, const StreakAtlas& atlas, const Progress& progress,
+                          Report& report) {
   const auto step = [&](const char* what, double share) {
     if (progress) progress(what, share);
   };
-  const StreakAtlas atlas = read_atlas(atlas_folder);
   if (!can_be_judged(atlas)) {
     report.skipped.push_back(
         "drops one by one against the reference: the atlas has not ten sets, the views 0, 20 and "
