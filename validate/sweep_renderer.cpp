@@ -1,0 +1,222 @@
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "raytrace/drop_field.h"
+#include "raytrace/moving_parts.h"
+#include "realtime/rain_renderer.h"
+#include "validate/batch_judge.h"
+#include "validate/frame_composite.h"
+#include "validate/metrics.h"
+#include "validate/picture_comparison.h"
+#include "validate/sweep_curves.h"
+#include "validate/sweep_time.h"
+
+namespace pluvia {
+namespace {
+
+constexpr double fullest_lost_share = 0.01;
+
+// One way to draw the scene.
+struct Drawn {
+  SweepPoint point = {};
+  RenderOptions options = {};
+  double lost_share = 0.05;
+  std::vector<double> errors = {};   // of each instant
+  std::vector<double> times_s = {};  // of each instant and repeat
+};
+
+struct Instant {
+  double time_s = 0;
+  Image background = {};  // of the fullest rain
+  Image rain = {};        // the composite's
+};
+
+// What the composite can judge.
+Scene judged_scene(const std::string& file, bool quick) {
+  Scene scene = read_scene(file);
+  scene.splashes.reset();
+  scene.camera.depth_of_field.reset();
+  for (Light& light : scene.lights) light.shadow = false;
+  if (quick) {
+    scene.camera.width_px = std::max(1, scene.camera.width_px / 4);
+    scene.camera.height_px = std::max(1, scene.camera.height_px / 4);
+  }
+  return scene;
+}
+
+Scene with_lost_share(Scene scene, double lost_share) {
+  scene.rain.lost_share = lost_share;
+  return scene;
+}
+
+const char* lookup_name(LookupMode mode) {
+  return mode == LookupMode::nearest       ? "nearest"
+         : mode == LookupMode::view_linear ? "view-linear"
+                                           : "trilinear";
+}
+
+// A setting by what differs from `--lookup MODE` and the scene's own lost share.
+Drawn drawn(const std::string& series, RenderOptions options, const Scene& scene) {
+  const std::string lookup = lookup_name(options.lookup);
+  return {.point = {.series = series, .setting = lookup, .flags = "--lookup " + lookup},
+          .options = options,
+          .lost_share = scene.rain.lost_share};
+}
+
+void add_lesser(LookupMode lookup, const Scene& scene, bool quick, std::vector<Drawn>& all) {
+  const std::string mode = lookup_name(lookup);
+  const auto add = [&](const std::string& what, const std::string& value, const std::string& flag,
+                       RenderOptions options, double lost_share) {
+    options.lookup = lookup;
+    Drawn way = drawn(what, options, scene);
+    way.point.setting += ", " + what + " " + value;
+    way.point.flags = flag.empty() ? "" : way.point.flags + flag;
+    way.lost_share = lost_share;
+    way.point.series += ", " + mode;
+    all.push_back(way);
+  };
+  const double own = scene.rain.lost_share;
+  for (const double n : {16.0, 4.0, 1.0}) {
+    if (quick && n != 4) continue;
+    add("far streaks", fmt::format("{}", n), fmt::format(" --far-streaks {}", n),
+        {.far_streaks = n}, own);
+  }
+  for (const double share : {0.02, 0.1, 0.2, 0.4}) {
+    if (quick && share != 0.2) continue;
+    add("lost share", fmt::format("{}", share), fmt::format("; [rain] lost_share = {}", share), {},
+        share);
+  }
+  for (const int degree : {0, 1, 2}) {
+    if (quick || scene.environment.map_file.empty()) continue;
+    add("sky degree", fmt::format("{}", degree), fmt::format(" --sky-degree {}", degree),
+        {.sky_degree = degree}, own);
+  }
+}
+
+std::vector<Drawn> ways_to_draw(const Scene& scene, bool quick) {
+  std::vector<Drawn> all;
+  for (const auto lookup : {LookupMode::nearest, LookupMode::view_linear, LookupMode::trilinear}) {
+    all.push_back(drawn("lookup", {.lookup = lookup}, scene));
+  }
+  add_lesser(LookupMode::view_linear, scene, quick, all);
+  add_lesser(LookupMode::trilinear, scene, quick, all);
+  const auto texels = [&](const std::string& what, RenderOptions options) {
+    options.lookup = LookupMode::trilinear;
+    Drawn way = drawn("texels, trilinear", options, scene);
+    way.point.setting += ", " + what;
+    way.point.flags.clear();
+    all.push_back(way);
+  };
+  texels("every streak a quad", {.widest_splat_px = 0});
+  if (!quick)
+    texels("every streak a quad, texels up to 1 px", {.max_texel_px = 1, .widest_splat_px = 0});
+  texels("walked up to 3 px", {.widest_splat_px = 3});
+  return all;
+}
+
+struct Measured {
+  Image color = {};
+  double cpu_s = 0, wall_s = 0;
+};
+
+Measured draw(RainRenderer& renderer, double time_s) {
+  Frame frame = renderer.render(time_s);
+  Measured result = {.color = std::move(frame.color)};
+  for (const PassCost& pass : frame.costs) {
+    if (pass.pass != "rain" && pass.pass != "composite") continue;
+    result.cpu_s += pass.cpu_s;
+    result.wall_s += pass.wall_s;
+  }
+  return result;
+}
+
+Instant composed(const Scene& scene, const StreakAtlas& atlas, RainRenderer& renderer,
+                 double time_s) {
+  const Scene full = with_lost_share(scene_at(scene, time_s), fullest_lost_share);
+  renderer.remake(full, atlas, {});
+  const Frame frame = renderer.render(time_s);
+  const std::vector<Drop> drops =
+      drop_field(full, make_rain_space(full), static_cast<int>(atlas.layers.size()), time_s);
+  const SkyLight sky = sky_of(full, atlas, 8);
+  return {time_s, frame.background,
+          composite_frame(full, atlas, drops, sky, frame.background, frame.depth_m,
+                          LookupMode::trilinear)
+              .rain};
+}
+
+bool on_processor(const GlInfo& info) {
+  return info.renderer.find("llvmpipe") != std::string::npos ||
+         info.renderer.find("softpipe") != std::string::npos;
+}
+
+// Every instant of one way, once. The first frame after a remake compiles, and is not timed.
+void draw_all(const Scene& scene, const StreakAtlas& atlas, const std::vector<Instant>& instants,
+              bool first_round, RainRenderer& renderer, Drawn& way) {
+  renderer.remake(with_lost_share(scene, way.lost_share), atlas, way.options);
+  const bool processor = on_processor(renderer.gl_info());
+  renderer.render(instants.front().time_s);
+  for (const Instant& instant : instants) {
+    const Measured frame = draw(renderer, instant.time_s);
+    way.times_s.push_back(processor ? frame.cpu_s : frame.wall_s);
+    if (!first_round) continue;
+    way.errors.push_back(relative_rmse(rain_layer(frame.color, instant.background), instant.rain));
+  }
+}
+
+SweepCurve curve_of(const std::vector<Drawn>& ways, const SweepInputs& inputs, const GlInfo& info,
+                    const Scene& scene, std::size_t instants) {
+  const std::string name = std::filesystem::path(inputs.scene_file).filename().string();
+  SweepCurve curve = {
+      .name = "renderer",
+      .title = "A frame of rain in real time: " + name,
+      .time_label = on_processor(info) ? "processor time of the rain [s]" : "time of the rain [s]",
+      .error_label = "relative RMSE of the rain",
+      .text = fmt::format(
+          "{} x {} px on {}, {} instants, {} repeats. Against the exact composite of all drops to "
+          "a "
+          "lost share of {} in trilinear light at the atlas's own directions and levels: what the "
+          "atlas itself is off is not in it.",
+          scene.camera.width_px, scene.camera.height_px, info.renderer, instants, inputs.repeats,
+          fullest_lost_share),
+      .whole = "the rain of a frame of " + name,
+      .standard = lookup_name(RenderOptions{}.lookup)};
+  for (const Drawn& way : ways) {
+    SweepPoint point = way.point;
+    set_times(way.times_s, point);
+    const bool spread = way.errors.size() > 1;
+    const MeanAndError error =
+        spread ? mean_and_error(way.errors) : MeanAndError{.mean = way.errors.front()};
+    point.error = error.mean;
+    point.standard_error = error.standard_error;
+    curve.points.push_back(point);
+  }
+  return curve;
+}
+
+}  // namespace
+
+SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress) {
+  const Scene scene = judged_scene(inputs.scene_file, inputs.quick);
+  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  RainRenderer renderer(scene, atlas);
+  std::vector<Instant> instants;
+  for (const double time_s : {1.0, 1.4, 1.8}) {
+    if (inputs.quick && time_s > 1.4) continue;
+    if (progress) progress("exact composite", 0.05 * static_cast<double>(instants.size()));
+    instants.push_back(composed(scene, atlas, renderer, time_s));
+  }
+  std::vector<Drawn> ways = ways_to_draw(scene, inputs.quick);
+  for (int round = 0; round < inputs.repeats; ++round) {
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+      draw_all(scene, atlas, instants, round == 0, renderer, ways[k]);
+      const double done = round + static_cast<double>(k + 1) / static_cast<double>(ways.size());
+      if (progress) progress(ways[k].point.setting, 0.15 + 0.85 * done / inputs.repeats);
+    }
+  }
+  return curve_of(ways, inputs, renderer.gl_info(), scene, instants.size());
+}
+
+}  // namespace pluvia
