@@ -50,9 +50,36 @@ Stokes apply_mueller(const Stokes& in, double s_share, double p_share, double co
           cross * (cos_phase * in[3] - sin_phase * in[2])};
 }
 
-struct Follower {
+// The surfaces that a ray may meet, from outside or inside.
+struct AnalyticSurface {
   const DropInstant& drop;
   const EmbreeDrop& embree;
+
+  std::optional<DropHit> meet(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
+                              RaySide side) const {
+    return embree.intersect(drop, from_m, direction, side);
+  }
+};
+
+struct MeshSurface {
+  const DropInstant& drop;
+  const MeshDrop& mesh;
+  double gap = 0;  // SphereMesh's
+  bool polished = false;
+
+  // Every ray starts off the triangles that it comes from: floats end at 1e-7 of the distance.
+  std::optional<DropHit> meet(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
+                              RaySide) const {
+    const double off_m = (polished ? 4 * gap : 1e-5) * drop.surface.scale;
+    const Eigen::Vector3d start_m = from_m + off_m * direction;
+    return polished ? mesh.intersect_polished(drop, start_m, direction)
+                    : mesh.intersect(start_m, direction);
+  }
+};
+
+template <typename Surface>
+struct Follower {
+  const Surface& surface;
   const PathOptions& options;
 
   // Calls escape(direction, power) for every ray that leaves.
@@ -99,8 +126,8 @@ struct Follower {
   void next(Ray ray, const Escape& escape) const {
     if (ray.inside && ++ray.order > options.max_order) return;
     if (ray.stokes[0] < options.min_power) return;
-    const auto hit = embree.intersect(drop, ray.position, ray.direction,
-                                      ray.inside ? RaySide::inside : RaySide::outside);
+    const auto hit =
+        surface.meet(ray.position, ray.direction, ray.inside ? RaySide::inside : RaySide::outside);
     if (hit) {
       ray.position = hit->position;
       follow(ray, hit->normal, escape);
@@ -126,6 +153,7 @@ struct BruteJob {
   const StreakRequest& request;
   const BruteOptions& options;
   const EmbreeDrop& embree;
+  SphereMesh sphere = {};  // of mesh and polished_mesh
   double half_side_m = 0;
   double weight = 0;  // of a ray: the area that it stands for [px], over the number of them
   double cone_cosine = 0, cone_radiance = 0;
@@ -163,9 +191,19 @@ struct BruteJob {
     }
     if (options.follower == RayFollower::wide) {
       follow_wide(drop, view, rays, sums);
+    } else if (options.follower == RayFollower::independent) {
+      follow_each(AnalyticSurface{drop, embree}, view, rays, sums);
     } else {
-      for (const CameraRay& ray : rays) follow_one(drop, view, ray, sums);
+      const MeshDrop triangles(drop, sphere);
+      const bool polished = options.follower == RayFollower::polished_mesh;
+      follow_each(MeshSurface{drop, triangles, sphere.gap, polished}, view, rays, sums);
     }
+  }
+
+  template <typename Surface>
+  void follow_each(const Surface& surface, const View& view, const std::vector<CameraRay>& rays,
+                   Replicate& sums) const {
+    for (const CameraRay& ray : rays) follow_one(surface, view, ray, sums);
   }
 
   std::optional<std::size_t> pixel_of(double share, double x_m, double y_m) const {
@@ -178,13 +216,14 @@ struct BruteJob {
            static_cast<std::size_t>(c);
   }
 
-  void follow_one(const DropInstant& drop, const View& view, const CameraRay& camera_ray,
+  template <typename Surface>
+  void follow_one(const Surface& surface, const View& view, const CameraRay& camera_ray,
                   Replicate& sums) const {
-    const auto hit = embree.intersect(drop, camera_ray.from_m, -view.to_camera, RaySide::outside);
+    const auto hit = surface.meet(camera_ray.from_m, -view.to_camera, RaySide::outside);
     if (!hit) return;
     add_hit(camera_ray.pixel, sums);
     const Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
-    Follower{drop, embree, request.field.paths}.follow(
+    Follower<Surface>{surface, request.field.paths}.follow(
         ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
           add_exit(camera_ray.pixel, direction, power, sums);
         });
@@ -271,7 +310,10 @@ BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions&
   }
   const double radius = 1.02 * bound * request.drop.mean_radius_m;
   const EmbreeDrop embree(radius);
-  BruteJob job{request, options, embree, radius};
+  const bool is_mesh =
+      options.follower == RayFollower::mesh || options.follower == RayFollower::polished_mesh;
+  BruteJob job{request, options, embree, is_mesh ? sphere_mesh(options.mesh_levels) : SphereMesh(),
+               radius};
   job.weight = std::pow(2 * radius / request.frame.pixel_m, 2) /
                (static_cast<double>(options.rays_per_instant) * options.instants);
   const double sine = std::sin(request.cone_half_angle_rad);

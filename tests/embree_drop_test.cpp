@@ -70,7 +70,8 @@ struct MeshError {
 };
 
 MeshError mesh_error(const DropInstant& drop, int levels) {
-  const MeshDrop mesh(drop, levels);
+  const SphereMesh sphere = sphere_mesh(levels);
+  const MeshDrop mesh(drop, sphere);
   Random random(3);
   MeshError sum;
   int hits = 0;
@@ -108,7 +109,8 @@ TEST(MeshDrop, HasEightTimesFourToTheLevelsTrianglesAndItsCornersOnTheSurface) {
   shape.modes = {{2, 0, 0.2, 1}, {3, 1, 0.1, 1}};
   shape.keep_centroid = true;  // the surface is moved: so must the mesh be
   const DropInstant drop = drop_at(shape, 0);
-  const MeshDrop octahedron(drop, 0), fine(drop, 3);
+  const SphereMesh coarsest = sphere_mesh(0), finer = sphere_mesh(3);
+  const MeshDrop octahedron(drop, coarsest), fine(drop, finer);
   EXPECT_EQ(octahedron.triangle_count(), 8u);
   EXPECT_EQ(fine.triangle_count(), 512u);
   for (const Eigen::Vector3d& u : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -1)}) {

@@ -23,7 +23,8 @@ struct KnownCurve {
 
 // In the order of the report, the ladder of truth downward.
 const std::vector<KnownCurve>& known_curves() {
-  static const std::vector<KnownCurve> curves = {{"renderer", true, sweep_renderer}};
+  static const std::vector<KnownCurve> curves = {{"generator", false, sweep_generator},
+                                                 {"renderer", true, sweep_renderer}};
   return curves;
 }
 
@@ -128,6 +129,9 @@ CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_fo
       ->capture_default_str();
   command->add_flag("--quick", flags.inputs.quick, "fewer and smaller: to try it, not to quote it")
       ->excludes(from);
+  command->add_option("--preset", flags.inputs.preset_file, "for generator: of the kind gn2006")
+      ->excludes(from)
+      ->capture_default_str();
   command->add_option("--atlas", flags.inputs.atlas_folder, "folder of an atlas, for renderer")
       ->excludes(from);
   command->add_option("--scene", flags.inputs.scene_file, "for renderer")

@@ -17,13 +17,20 @@ struct SweepInputs {
   bool quick = false;             // fewer settings, smaller pictures: to try it, not to quote it
 };
 
+// What a tenth of the exposure of two shards costs by the settings of the exit field, by counting
+// rays and by counting rays that meet a mesh, against finer runs of the field
+// (validate/sweep_streaks.h). Times are processor time of one thread. A picked setting is held
+// against a whole database. Throws std::runtime_error for files.
+SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress);
+
 // What a frame's rain costs by lookup, texels, streaks that stand for many, harmonics of the sky
-// and drops that are left out, against the exact composite (validate/frame_composite.h) of all
-// drops down to a lost_share of 0.01 in trilinear light. Three instants: the error is the mean of
-// their relative RMSE of the rain, its standard error from their spread. Splashes, lens and shadows
-// of the scene are left out: the composite has none. Times are of the passes that draw rain:
-// processor time on a software rasteriser, wall-clock time on a GPU. Throws std::runtime_error for
-// files, and as RainRenderer.
+// and drops that are left out, against the fullest rain that the renderer draws: quads alone, four
+// samples a pixel, trilinear light, all drops to a lost_share of 0.02 (validate/frame_composite.h
+// would take minutes for each instant, and agrees with quads to 0.013: docs/rendering.md). The
+// error is the mean over instants of the relative RMSE of the rain as a screen shows it (what is
+// brighter than white is white), its standard error comes from their spread. Splashes are left out.
+// Times are of the passes that draw rain: processor time on a software rasteriser, wall-clock time
+// on a GPU. Throws std::runtime_error for files, and as RainRenderer.
 SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress);
 
 }  // namespace pluvia

@@ -1,0 +1,54 @@
+#include "validate/sweep_streaks.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+#include "validate/batch_judge.h"
+
+namespace pluvia {
+namespace {
+
+// That of nearest rank, as raytrace/streak_accuracy.h has it.
+std::size_t rank_90(std::size_t count) {
+  return (9 * count + 9) / 10 - 1;
+}
+
+}  // namespace
+
+std::vector<double> pixels_of(const StreakImage& image) {
+  return {image.mean.begin(), image.mean.end()};
+}
+
+JudgedPicture judged(const StreakImage& image, const PictureBatches& truth) {
+  const BatchVerdict verdict = judge_picture(pixels_of(image), truth);
+  const double noise = std::accumulate(image.variance.begin(), image.variance.end(), 0.0);
+  double size = 0;
+  for (const auto& batch : truth) {
+    size += std::inner_product(batch.begin(), batch.end(), batch.begin(), 0.0);
+  }
+  // Of the mean square of a batch the noise is a part, which judge_picture takes away.
+  size /= static_cast<double>(truth.size()) * (1 + verdict.batch_square);
+  return {.square = verdict.square,
+          .standard_error = verdict.standard_error,
+          .noise_square = size > 0 ? noise / size : 0};
+}
+
+void set_error(const std::vector<JudgedPicture>& pictures, SweepPoint& point) {
+  assert(!pictures.empty());
+  std::vector<JudgedPicture> sorted = pictures;
+  std::sort(sorted.begin(), sorted.end(),
+            [](const JudgedPicture& a, const JudgedPicture& b) { return a.square < b.square; });
+  const JudgedPicture& ranked = sorted[rank_90(sorted.size())];
+  const bool seen = ranked.square > ranked.standard_error;
+  point.error = seen ? std::sqrt(ranked.square) : 0;
+  point.standard_error =
+      seen ? ranked.standard_error / (2 * point.error) : std::sqrt(std::abs(ranked.standard_error));
+  std::vector<double> noises;
+  for (const JudgedPicture& picture : pictures) noises.push_back(picture.noise_square);
+  std::sort(noises.begin(), noises.end());
+  point.noise = std::sqrt(noises[rank_90(noises.size())]);
+}
+
+}  // namespace pluvia

@@ -1,0 +1,30 @@
+// How far streak pictures are from a truth that is known from several finer runs of other seeds:
+// the measure of `pluvia generate --error`, 90th percentile over lights of the relative RMSE of a
+// picture, free of the finer runs' noise (validate/batch_judge.h).
+#pragma once
+
+#include <vector>
+
+#include "atlas/streak_database.h"
+#include "validate/sweep.h"
+
+namespace pluvia {
+
+// One picture as several finer runs have it, at least three.
+using PictureBatches = std::vector<std::vector<double>>;
+
+std::vector<double> pixels_of(const StreakImage& image);
+
+// The squared relative error of a picture, its standard error, and the part that is its own noise.
+struct JudgedPicture {
+  double square = 0, standard_error = 0, noise_square = 0;
+};
+JudgedPicture judged(const StreakImage& image, const PictureBatches& truth);
+
+// Sets error, standard_error and noise to the roots of the 90th percentiles (nearest rank): the
+// standard error is that of the picture of that rank, and the noise the 90th percentile of noises.
+// An error whose square does not differ from zero, or is below, is 0 with the root of the square's
+// standard error as its own: the truth cannot tell it from none. At least one picture.
+void set_error(const std::vector<JudgedPicture>& pictures, SweepPoint& point);
+
+}  // namespace pluvia
