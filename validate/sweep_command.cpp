@@ -24,6 +24,7 @@ struct KnownCurve {
 // In the order of the report, the ladder of truth downward.
 const std::vector<KnownCurve>& known_curves() {
   static const std::vector<KnownCurve> curves = {{"generator", false, sweep_generator},
+                                                 {"drop", false, sweep_drop},
                                                  {"renderer", true, sweep_renderer}};
   return curves;
 }
@@ -107,6 +108,7 @@ void refuse_unmeasured(const SweepFlags& flags, const Sweep& sweep) {
 
 CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_folder) {
   flags.inputs.preset_file = data_folder + "/presets/gn2006.toml";
+  flags.inputs.physical_preset_file = data_folder + "/presets/physical.toml";
   flags.inputs.scene_file = data_folder + "/scenes/street.toml";
   CLI::App* command =
       app.add_subcommand("sweep", "measure error against time, and pick settings by either");

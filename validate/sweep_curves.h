@@ -10,7 +10,9 @@
 namespace pluvia {
 
 struct SweepInputs {
-  std::string preset_file = {};   // generator: of the kind gn2006
+  std::string preset_file = {};  // generator: of the kind gn2006
+  std::string physical_preset_file =
+      {};                         // drop: of the kind physical, with a drop of 3 mm and set 6
   std::string scene_file = {};    // renderer
   std::string atlas_folder = {};  // renderer
   int repeats = 3;                // of each time, >= 1
@@ -23,9 +25,14 @@ struct SweepInputs {
 // against a whole database. Throws std::runtime_error for files.
 SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress);
 
+// What a streak costs by the model of the drop (sphere or shape at rest, no mode to five), against
+// the fullest one (validate/sweep_streaks.h). Times are processor time of one thread. Throws
+// std::runtime_error for files and a preset without that drop.
+SweepCurve sweep_drop(const SweepInputs& inputs, const Progress& progress);
+
 // What a frame's rain costs by lookup, texels, streaks that stand for many, harmonics of the sky
 // and drops that are left out, against the fullest rain that the renderer draws: quads alone, four
-// samples a pixel, trilinear light, all drops to a lost_share of 0.02 (validate/frame_composite.h
+// samples a pixel, trilinear light, drops out to 1.5 times as far (validate/frame_composite.h
 // would take minutes for each instant, and agrees with quads to 0.013: docs/rendering.md). The
 // error is the mean over instants of the relative RMSE of the rain as a screen shows it (what is
 // brighter than white is white), its standard error comes from their spread. Splashes are left out.

@@ -3,7 +3,6 @@
 #include <thread>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include "raytrace/brute_force.h"
 #include "raytrace/preset.h"
@@ -16,7 +15,6 @@ namespace pluvia {
 namespace {
 
 constexpr double exposure_share = 0.1;
-constexpr int finer_runs = 3;  // the fewest that tell an error from their own noise
 constexpr int finer_level = 5;
 
 // A part of one shard, and what it should be.
@@ -24,16 +22,6 @@ struct Part {
   StreakRequest request = {};              // the preset's own settings
   std::vector<PictureBatches> truth = {};  // of each light
 };
-
-// The first tenth of the fall: as many rows, slices and moments of each mode as in the whole.
-StreakRequest part_of(StreakRequest request, double share) {
-  const double rows_left = (1 - share) * request.frame.path_rows;
-  request.exposure_s *= share;
-  request.frame.path_rows *= share;
-  request.frame.height_px -= static_cast<int>(std::floor(rows_left));
-  request.slices = std::max(1, static_cast<int>(std::lround(share * request.slices)));
-  return request;
-}
 
 // A run of one setting over all parts, by whatever means.
 using Run = std::function<std::vector<StreakImage>(const StreakRequest&)>;
@@ -158,29 +146,9 @@ std::vector<Part> chosen_parts(const Preset& preset, bool quick) {
   for (ShardKey key : keys) {
     key.diameter_um = diameters_of(preset).front();
     StreakRequest request = part_of(shard_request(preset, key), exposure_share);
-    request.environment = {.uniform = false};
     parts.push_back({.request = request});
   }
   return parts;
-}
-
-// Runs in parallel; each of another seed than the settings that it judges.
-void trace_truth(bool quick, std::vector<Part>& parts) {
-  for (Part& part : parts) {
-    const StreakRequest finer = at_accuracy_level(part.request, quick ? 2 : finer_level);
-    part.truth.resize(part.request.lights.size());
-    std::vector<TracedStreak> runs(finer_runs);
-    tbb::parallel_for(0, finer_runs, [&](int k) {
-      StreakRequest request = finer;
-      request.seed += static_cast<std::uint64_t>(k + 1);
-      runs[static_cast<std::size_t>(k)] = trace_streak(request);
-    });
-    for (const TracedStreak& run : runs) {
-      for (std::size_t light = 0; light < run.light.size(); ++light) {
-        part.truth[light].push_back(pixels_of(run.light[light]));
-      }
-    }
-  }
 }
 
 void judge(const Part& part, const std::vector<StreakImage>& images, Setting& setting) {
@@ -217,7 +185,9 @@ SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress) 
   const Preset preset = read_preset(inputs.preset_file);
   std::vector<Part> parts = chosen_parts(preset, inputs.quick);
   if (progress) progress("finer runs", 0);
-  trace_truth(inputs.quick, parts);
+  for (Part& part : parts) {
+    part.truth = trace_truth(at_accuracy_level(part.request, inputs.quick ? 2 : finer_level));
+  }
   std::vector<Setting> settings = all_settings(parts.front().request, inputs.quick);
   measure(parts, inputs.repeats, progress, settings);
   const auto shards = preset.oscillations.size() * preset.view_elevations_deg.size();
@@ -235,7 +205,7 @@ SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress) 
           "meshes count rays that leave within a cone: what of their error is noise is in the "
           "table; what a mesh itself is off is the curve of its name.",
           parts.size() * parts.front().request.lights.size(), parts.front().request.frame.width_px,
-          preset.cone_half_angle_deg, finer_runs, inputs.quick ? 2 : finer_level),
+          preset.cone_half_angle_deg, truth_runs, inputs.quick ? 2 : finer_level),
       .whole = fmt::format("a database of {} shards on {} cores", shards, cores),
       .whole_factor = static_cast<double>(shards) /
                       (exposure_share * static_cast<double>(parts.size()) * cores),

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "raytrace/rain_space.h"
 #include "realtime/rain_renderer.h"
 #include "validate/batch_judge.h"
 #include "validate/metrics.h"
@@ -14,8 +15,8 @@
 namespace pluvia {
 namespace {
 
-constexpr double fullest_lost_share = 0.02;
-constexpr int fullest_samples = 2;  // along each side of a pixel
+constexpr double fullest_reach = 1.5;  // over the culling radius
+constexpr int fullest_samples = 2;     // along each side of a pixel
 
 // Every streak by all of its columns that a pixel could tell apart, in the finest light there is.
 constexpr RenderOptions fullest = {
@@ -25,7 +26,7 @@ constexpr RenderOptions fullest = {
 struct Drawn {
   SweepPoint point = {};
   RenderOptions options = {};
-  double lost_share = 0.05;
+  double reach = 1;                  // of the drops, over the culling radius
   std::vector<double> errors = {};   // of each instant
   std::vector<double> times_s = {};  // of each instant and repeat
 };
@@ -39,6 +40,9 @@ struct Instant {
 Scene judged_scene(const std::string& file, bool quick) {
   Scene scene = read_scene(file);
   scene.splashes.reset();
+  const RainSpace space = make_rain_space(scene);
+  scene.rain.culling_radius_m = space.culling_radius_m;
+  scene.rain.local_height_m = space.local_height_m;
   if (quick) {
     scene.camera.width_px = std::max(1, scene.camera.width_px / 4);
     scene.camera.height_px = std::max(1, scene.camera.height_px / 4);
@@ -46,8 +50,10 @@ Scene judged_scene(const std::string& file, bool quick) {
   return scene;
 }
 
-Scene with_lost_share(Scene scene, double lost_share) {
-  scene.rain.lost_share = lost_share;
+// The same drops out to another distance. The height of the local space stays: another height is
+// other rain.
+Scene with_reach(Scene scene, double reach) {
+  scene.rain.culling_radius_m *= reach;
   return scene;
 }
 
@@ -57,61 +63,59 @@ const char* lookup_name(LookupMode mode) {
                                            : "trilinear";
 }
 
-// A setting by what differs from `--lookup MODE` and the scene's own lost share.
-Drawn drawn(const std::string& series, RenderOptions options, const Scene& scene) {
+Drawn drawn(const std::string& series, const RenderOptions& options) {
   const std::string lookup = lookup_name(options.lookup);
   return {.point = {.series = series, .setting = lookup, .flags = "--lookup " + lookup},
-          .options = options,
-          .lost_share = scene.rain.lost_share};
+          .options = options};
 }
 
 void add_lesser(LookupMode lookup, const Scene& scene, bool quick, std::vector<Drawn>& all) {
   const std::string mode = lookup_name(lookup);
   const auto add = [&](const std::string& what, const std::string& value, const std::string& flag,
-                       RenderOptions options, double lost_share) {
+                       RenderOptions options, double reach = 1) {
     options.lookup = lookup;
-    Drawn way = drawn(what, options, scene);
+    Drawn way = drawn(what, options);
     way.point.setting += ", " + what + " " + value;
     way.point.flags = flag.empty() ? "" : way.point.flags + flag;
-    way.lost_share = lost_share;
+    way.reach = reach;
     way.point.series += ", " + mode;
     all.push_back(way);
   };
-  const double own = scene.rain.lost_share;
-  for (const double n : {16.0, 4.0, 1.0}) {
+  for (const double n : {4.0, 1.0}) {
     if (quick && n != 4) continue;
     add("far streaks", fmt::format("{}", n), fmt::format(" --far-streaks {}", n),
-        {.far_streaks = n}, own);
+        {.far_streaks = n});
   }
-  for (const double share : {0.02, 0.1, 0.2, 0.4}) {
-    if (quick && share != 0.2) continue;
-    add("lost share", fmt::format("{}", share), fmt::format("; [rain] lost_share = {}", share), {},
-        share);
+  for (const double reach : {0.5, 0.75, 1.25, 1.5}) {
+    if (quick && reach != 0.5) continue;
+    const double radius_m = reach * scene.rain.culling_radius_m;
+    add("drops out to", fmt::format("{:.3g} m", radius_m),
+        fmt::format("; [rain] culling_radius_m = {:.4g}, local_height_m = {:.6g}", radius_m,
+                    scene.rain.local_height_m),
+        {}, reach);
   }
   for (const int degree : {0, 1, 2}) {
     if (quick || scene.environment.map_file.empty()) continue;
     add("sky degree", fmt::format("{}", degree), fmt::format(" --sky-degree {}", degree),
-        {.sky_degree = degree}, own);
+        {.sky_degree = degree});
   }
 }
 
 std::vector<Drawn> ways_to_draw(const Scene& scene, bool quick) {
   std::vector<Drawn> all;
   for (const auto lookup : {LookupMode::nearest, LookupMode::view_linear, LookupMode::trilinear}) {
-    all.push_back(drawn("lookup", {.lookup = lookup}, scene));
+    all.push_back(drawn("lookup", {.lookup = lookup}));
   }
   add_lesser(LookupMode::view_linear, scene, quick, all);
   add_lesser(LookupMode::trilinear, scene, quick, all);
   const auto texels = [&](const std::string& what, RenderOptions options) {
     options.lookup = LookupMode::trilinear;
-    Drawn way = drawn("texels, trilinear", options, scene);
+    Drawn way = drawn("texels, trilinear", options);
     way.point.setting += ", " + what;
     way.point.flags.clear();
     all.push_back(way);
   };
   texels("every streak a quad", {.widest_splat_px = 0});
-  if (!quick)
-    texels("every streak a quad, texels up to 1 px", {.max_texel_px = 1, .widest_splat_px = 0});
   texels("walked up to 3 px", {.widest_splat_px = 3});
   return all;
 }
@@ -155,7 +159,7 @@ Image averaged(const Image& image) {
 
 Instant fullest_rain(const Scene& scene, const StreakAtlas& atlas, RainRenderer& renderer,
                      double time_s) {
-  Scene full = with_lost_share(scene, fullest_lost_share);
+  Scene full = with_reach(scene, fullest_reach);
   full.camera.width_px *= fullest_samples;
   full.camera.height_px *= fullest_samples;
   renderer.remake(full, atlas, fullest);
@@ -171,7 +175,7 @@ bool on_processor(const GlInfo& info) {
 // Every instant of one way, once. The first frame after a remake compiles, and is not timed.
 void draw_all(const Scene& scene, const StreakAtlas& atlas, const std::vector<Instant>& instants,
               bool first_round, RainRenderer& renderer, Drawn& way) {
-  renderer.remake(with_lost_share(scene, way.lost_share), atlas, way.options);
+  renderer.remake(with_reach(scene, way.reach), atlas, way.options);
   const bool processor = on_processor(renderer.gl_info());
   renderer.render(instants.front().time_s);
   for (const Instant& instant : instants) {
@@ -193,10 +197,11 @@ SweepCurve curve_of(const std::vector<Drawn>& ways, const SweepInputs& inputs, c
       .text = fmt::format(
           "{} x {} px on {}, {} instants, {} repeats. Against the same rain drawn as quads alone, "
           "{} "
-          "x {} samples a pixel, of all drops to a lost share of {}, in trilinear light and all of "
+          "x {} samples a pixel, out to {} times the culling radius of {:.3g} m, in trilinear "
+          "light and all of "
           "the atlas's harmonics: what the atlas is off is not in it.",
           scene.camera.width_px, scene.camera.height_px, info.renderer, instants, inputs.repeats,
-          fullest_samples, fullest_samples, fullest_lost_share),
+          fullest_samples, fullest_samples, fullest_reach, scene.rain.culling_radius_m),
       .whole = "the rain of a frame of " + name,
       .standard = lookup_name(RenderOptions{}.lookup)};
   for (const Drawn& way : ways) {
@@ -219,8 +224,7 @@ SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress) {
   const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
   RainRenderer renderer(scene, atlas);
   std::vector<Instant> instants;
-  for (const double time_s : {1.0, 1.4, 1.8}) {
-    if (inputs.quick && time_s > 1.4) continue;
+  for (const double time_s : {1.0, 1.4}) {
     if (progress) progress("reference", 0.05 * static_cast<double>(instants.size()));
     instants.push_back(fullest_rain(scene, atlas, renderer, time_s));
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <tbb/parallel_for.h>
+
 #include "validate/batch_judge.h"
 
 namespace pluvia {
@@ -19,6 +21,32 @@ std::size_t rank_90(std::size_t count) {
 
 std::vector<double> pixels_of(const StreakImage& image) {
   return {image.mean.begin(), image.mean.end()};
+}
+
+StreakRequest part_of(StreakRequest request, double share) {
+  const double rows_left = (1 - share) * request.frame.path_rows;
+  request.exposure_s *= share;
+  request.frame.path_rows *= share;
+  request.frame.height_px -= static_cast<int>(std::floor(rows_left));
+  request.slices = std::max(1, static_cast<int>(std::lround(share * request.slices)));
+  request.environment = {.uniform = false};
+  return request;
+}
+
+std::vector<PictureBatches> trace_truth(const StreakRequest& request) {
+  std::vector<TracedStreak> runs(truth_runs);
+  tbb::parallel_for(0, truth_runs, [&](int k) {
+    StreakRequest other = request;
+    other.seed += static_cast<std::uint64_t>(k + 1);
+    runs[static_cast<std::size_t>(k)] = trace_streak(other);
+  });
+  std::vector<PictureBatches> truth(request.lights.size());
+  for (const TracedStreak& run : runs) {
+    for (std::size_t light = 0; light < run.light.size(); ++light) {
+      truth[light].push_back(pixels_of(run.light[light]));
+    }
+  }
+  return truth;
 }
 
 JudgedPicture judged(const StreakImage& image, const PictureBatches& truth) {

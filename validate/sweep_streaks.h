@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "atlas/streak_database.h"
+#include "raytrace/streak_tracer.h"
 #include "validate/sweep.h"
 
 namespace pluvia {
@@ -14,6 +14,15 @@ namespace pluvia {
 using PictureBatches = std::vector<std::vector<double>>;
 
 std::vector<double> pixels_of(const StreakImage& image);
+
+// The first share of the exposure, 0 .. 1: as many rows, slices and moments of each mode as that is
+// of the whole; without environment.
+StreakRequest part_of(StreakRequest request, double share);
+
+constexpr int truth_runs = 3;  // the fewest that tell an error from their own noise
+
+// [light] of runs with seeds beyond the request's, in parallel.
+std::vector<PictureBatches> trace_truth(const StreakRequest& request);
 
 // The squared relative error of a picture, its standard error, and the part that is its own noise.
 struct JudgedPicture {
