@@ -11,10 +11,14 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atomic_file.h"
+#include "atlas/streak_atlas.h"
+#include "raytrace/preset.h"
 #include "tests/run_program.h"
+#include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
 #include "validate/sweep_json.h"
 #include "validate/sweep_page.h"
+#include "validate/sweep_streaks.h"
 #include "validate/sweep_time.h"
 
 namespace pluvia {
@@ -160,6 +164,42 @@ TEST(SweepPick, TellsTheNearestWhereThereIsNone) {
               HasSubstr("no setting on its front that pluvia can be asked for"));
 }
 
+TEST(SweepStreaks, TellTheNinetiethPercentileOfTheLights) {
+  std::vector<JudgedPicture> pictures;
+  for (int k = 1; k <= 10; ++k) {
+    pictures.push_back(
+        {.square = 0.01 * k * k, .standard_error = 0.018 * k, .noise_square = 0.04 * k});
+  }
+  SweepPoint p;
+  set_error(pictures, p);
+  EXPECT_NEAR(p.error, 0.9, 1e-12);            // the ninth of ten: sqrt 0.81
+  EXPECT_NEAR(p.standard_error, 0.09, 1e-12);  // 0.162 / (2 x 0.9)
+  EXPECT_NEAR(p.noise, 0.6, 1e-12);            // sqrt 0.36
+}
+
+TEST(SweepStreaks, AnErrorThatCannotBeToldFromNoneIsABound) {
+  SweepPoint p;
+  set_error({{.square = -0.02, .standard_error = 0.04}}, p);
+  EXPECT_NEAR(p.error, 0.2, 1e-12);
+  EXPECT_EQ(p.standard_error, p.error);
+  set_error({{.square = 0.05, .standard_error = 0.11}}, p);
+  EXPECT_NEAR(p.error, 0.4, 1e-12);
+  set_error({{}}, p);  // the same picture, no noise
+  EXPECT_EQ(p.error, 0);
+}
+
+TEST(SweepStreaks, APartOfAnExposureFallsAtTheSpeedOfTheWhole) {
+  const Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/gn2006.toml");
+  const StreakRequest whole = shard_request(preset, {.diameter_um = 3200, .oscillation = 1});
+  const StreakRequest part = part_of(whole, 0.25);
+  EXPECT_DOUBLE_EQ(part.frame.path_rows / part.exposure_s,
+                   whole.frame.path_rows / whole.exposure_s);
+  // What lies above and below the path stays, rounded to whole rows.
+  EXPECT_NEAR(part.frame.height_px - part.frame.path_rows,
+              whole.frame.height_px - whole.frame.path_rows, 1);
+  EXPECT_EQ(part.slices, 256);
+}
+
 TEST(SweepTimes, AreMediansBetweenTheLeastAndTheGreatest) {
   SweepPoint p;
   set_times({5, 1, 3}, p);
@@ -299,6 +339,89 @@ TEST_F(SweepProgram, RefusesFlagsThatDoNotGoTogether) {
   const Outcome no_atlas = run_pluvia("sweep --curve renderer --out " + (folder / "out"));
   EXPECT_EQ(no_atlas.code, 2);
   EXPECT_THAT(no_atlas.err, HasSubstr("--atlas: is required for the curve renderer"));
+}
+
+class SweepMeasured : public SweepProgram {
+ protected:
+  // The curve as `pluvia sweep --quick` measures it, once for each time; what the program says.
+  Sweep measured(const std::string& name, const std::string& flags = "") {
+    const Outcome done = run_pluvia(fmt::format("sweep --quick --repeats 1 --curve {} --out {} {}",
+                                                name, folder / "out", flags));
+    EXPECT_EQ(done.code, 0) << done.err;
+    const auto holds = [&](const std::string& file, const char* text) {
+      return read_file(folder / ("out/" + file)).find(text) != std::string::npos;
+    };
+    EXPECT_TRUE(holds(name + ".svg", "<svg"));
+    EXPECT_TRUE(holds("index.html", "<td>front"));
+    return read_sweep(folder / "out/sweep.json");
+  }
+  double error_of(const Sweep& measured_sweep, const std::string& setting) const {
+    const SweepPoint* found = find_setting(measured_sweep.curves.at(0), setting);
+    EXPECT_NE(found, nullptr) << setting;
+    return found == nullptr ? -1 : found->error;
+  }
+};
+
+TEST_F(SweepMeasured, FinerSettingsOfTheGeneratorErrLessThanCoarseOnesAndThanCountedRays) {
+  const Sweep generator = measured("generator");
+  EXPECT_LT(error_of(generator, "level 1"), error_of(generator, "level 0"));
+  EXPECT_LT(error_of(generator, "preset"), error_of(generator, "level 1"));
+  // Of 128,000 rays fewer than ten meet the cone of a dim light: more noise than light.
+  EXPECT_GT(error_of(generator, "brute force, 128000 rays"), 0.5);
+  EXPECT_EQ(generator.curves[0].whole.substr(0, 23), "a database of 50 shards");
+}
+
+TEST_F(SweepMeasured, ModelsOfTheDropErrLessTheMoreTheyHaveAndTheSameInEveryRun) {
+  const Sweep first = measured("drop"), second = measured("drop");
+  EXPECT_LT(error_of(first, "shape at rest, two modes"), error_of(first, "shape at rest"));
+  EXPECT_LT(error_of(first, "shape at rest, four modes"),
+            error_of(first, "shape at rest, two modes"));
+  for (const SweepPoint& p : first.curves.at(0).points) {
+    EXPECT_EQ(error_of(second, p.setting), p.error) << p.setting;
+  }
+}
+
+TEST_F(SweepMeasured, MeshesErrLessTheFinerTheyAreAndPolishHelps) {
+  const Sweep mesh = measured("mesh");
+  EXPECT_LT(error_of(mesh, "mesh, 2048 triangles"), error_of(mesh, "mesh, 512 triangles"));
+  EXPECT_LT(error_of(mesh, "mesh, polished, 512 triangles"), error_of(mesh, "mesh, 512 triangles"));
+  EXPECT_EQ(error_of(mesh, "analytic"), 0);
+}
+
+// Drops 2 to 12 m away, a lamp above them.
+constexpr const char* rain_scene = R"([camera]
+position_m = [0, 0, 1.6]
+target_m = [0, 10, 1.6]
+vertical_fov_deg = 40
+width_px = 320
+height_px = 240
+exposure_s = 0.016666666666666666
+white_cd_m2 = 1
+
+[rain]
+drops_per_m3 = 2
+mean_radius_m = 0.0016
+fall_speed_m_s = 8.49
+box_min_m = [-4, 2, 0]
+box_max_m = [4, 12, 5]
+culling_radius_m = 16
+local_height_m = 6
+
+[[light]]
+name = "lamp"
+position_m = [1, 7, 6]
+intensity_cd = [300, 300, 300]
+)";
+
+TEST_F(SweepMeasured, LookupsOfAFrameErrLessTheMoreCellsTheyMix) {
+  StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
+  atlas.diameter_um = 3200;
+  write_atlas(folder / "atlas", atlas);
+  write_file_atomically(folder / "rain.toml", rain_scene);
+  const Sweep renderer =
+      measured("renderer", "--atlas " + (folder / "atlas") + " --scene " + (folder / "rain.toml"));
+  EXPECT_LT(error_of(renderer, "trilinear"), error_of(renderer, "view-linear"));
+  EXPECT_LT(error_of(renderer, "view-linear"), error_of(renderer, "nearest"));
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ struct KnownCurve {
 // In the order of the report, the ladder of truth downward.
 const std::vector<KnownCurve>& known_curves() {
   static const std::vector<KnownCurve> curves = {{"generator", false, sweep_generator},
+                                                 {"mesh", false, sweep_mesh},
                                                  {"drop", false, sweep_drop},
                                                  {"renderer", true, sweep_renderer}};
   return curves;

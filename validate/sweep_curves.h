@@ -25,6 +25,12 @@ struct SweepInputs {
 // against a whole database. Throws std::runtime_error for files.
 SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress);
 
+// What triangle meshes of the drop cost, and what light they move: the same rays through meshes,
+// through meshes with polished hits and through the analytic drop (raytrace/brute_force.h). Their
+// noise is the same, but for rays that only one of the two sees, and taken away: the error is bias.
+// Times are processor time of one thread and hold the building of a mesh for each instant.
+SweepCurve sweep_mesh(const SweepInputs& inputs, const Progress& progress);
+
 // What a streak costs by the model of the drop (sphere or shape at rest, no mode to five), against
 // the fullest one (validate/sweep_streaks.h). Times are processor time of one thread. Throws
 // std::runtime_error for files and a preset without that drop.

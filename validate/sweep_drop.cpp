@@ -37,6 +37,7 @@ StreakRequest reduced(StreakRequest request, bool flattened, std::size_t modes) 
   return request;
 }
 
+// No data say what modes beyond two a drop has: those models measure, and are not offered.
 std::vector<Model> models_of(const StreakRequest& full, bool quick) {
   struct Kind {
     const char* series;
@@ -54,12 +55,9 @@ std::vector<Model> models_of(const StreakRequest& full, bool quick) {
        "[drop] equilibrium_file, a set of one mode"},
       {"shape at rest", "shape at rest, two modes", true, 2,
        "[drop] equilibrium_file, a set of two modes"},
-      {"shape at rest", "shape at rest, three modes", true, 3,
-       "[drop] equilibrium_file, a set of three modes"},
-      {"shape at rest", "shape at rest, four modes", true, 4,
-       "[drop] equilibrium_file, a set of four modes"},
-      {"shape at rest", "shape at rest, five modes", true, 5,
-       "[drop] equilibrium_file, a set of five modes"}};
+      {"shape at rest", "shape at rest, three modes", true, 3, ""},
+      {"shape at rest", "shape at rest, four modes", true, 4, ""},
+      {"shape at rest", "shape at rest, five modes", true, 5, ""}};
   std::vector<Model> models;
   for (const Kind& kind : kinds) {
     if (quick && kind.modes % 2 == 1) continue;

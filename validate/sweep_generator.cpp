@@ -200,10 +200,11 @@ SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress) 
       .error_label = "relative RMSE of a streak, 90th percentile",
       .text = fmt::format(
           "{} streaks of {} px under cones of {} degrees, against {} finer runs of other seeds "
-          "(level {}), whose noise is taken away. Single changes start from the preset. Brute "
-          "force and "
-          "meshes count rays that leave within a cone: what of their error is noise is in the "
-          "table; what a mesh itself is off is the curve of its name.",
+          "(level "
+          "{}), whose noise is taken away. Single changes start from the preset. Brute force and "
+          "meshes count rays that leave within a cone: most of their error is noise (in the "
+          "table); "
+          "what a mesh itself is off is the curve of meshes.",
           parts.size() * parts.front().request.lights.size(), parts.front().request.frame.width_px,
           preset.cone_half_angle_deg, truth_runs, inputs.quick ? 2 : finer_level),
       .whole = fmt::format("a database of {} shards on {} cores", shards, cores),

@@ -70,9 +70,9 @@ void set_error(const std::vector<JudgedPicture>& pictures, SweepPoint& point) {
             [](const JudgedPicture& a, const JudgedPicture& b) { return a.square < b.square; });
   const JudgedPicture& ranked = sorted[rank_90(sorted.size())];
   const bool seen = ranked.square > ranked.standard_error;
-  point.error = seen ? std::sqrt(ranked.square) : 0;
-  point.standard_error =
-      seen ? ranked.standard_error / (2 * point.error) : std::sqrt(std::abs(ranked.standard_error));
+  point.error =
+      std::sqrt(seen ? ranked.square : std::max(ranked.square, 0.0) + ranked.standard_error);
+  point.standard_error = seen ? ranked.standard_error / (2 * point.error) : point.error;
   std::vector<double> noises;
   for (const JudgedPicture& picture : pictures) noises.push_back(picture.noise_square);
   std::sort(noises.begin(), noises.end());

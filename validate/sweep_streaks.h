@@ -32,8 +32,9 @@ JudgedPicture judged(const StreakImage& image, const PictureBatches& truth);
 
 // Sets error, standard_error and noise to the roots of the 90th percentiles (nearest rank): the
 // standard error is that of the picture of that rank, and the noise the 90th percentile of noises.
-// An error whose square does not differ from zero, or is below, is 0 with the root of the square's
-// standard error as its own: the truth cannot tell it from none. At least one picture.
+// An error that the truth cannot tell from none, its square within a standard error of zero, is
+// told as a bound: the root of that standard error above its square, or above zero, with as large a
+// standard error. At least one picture.
 void set_error(const std::vector<JudgedPicture>& pictures, SweepPoint& point);
 
 }  // namespace pluvia
