@@ -228,10 +228,10 @@ TEST(SweepTexts, TellDurationsInTheUnitThatFits) {
 TEST(SweepPlot, MarksFrontAndRecommendationAndKeepsTheBars) {
   const Plot plot = sweep_plot(three());
   ASSERT_EQ(plot.curves.size(), 3u);
-  EXPECT_EQ(plot.curves[0].x_low, (std::vector<double>{0.9, 1.8, 3.6}));
-  EXPECT_EQ(plot.curves[0].y_error.front(), 0.1 * 0.3);
-  EXPECT_EQ(plot.curves[1].label, "front");
-  EXPECT_EQ(plot.curves[1].x.size(), 3u);
+  EXPECT_EQ(plot.curves[0].label, "front");
+  EXPECT_EQ(plot.curves[0].x.size(), 3u);
+  EXPECT_EQ(plot.curves[1].x_low, (std::vector<double>{0.9, 1.8, 3.6}));
+  EXPECT_EQ(plot.curves[1].y_error.front(), 0.1 * 0.3);
   EXPECT_EQ(plot.curves[2].x, std::vector<double>{2});
 }
 

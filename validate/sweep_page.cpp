@@ -68,8 +68,8 @@ Plot sweep_plot(const SweepCurve& curve) {
       mark->y.push_back(point.error);
     }
   }
-  plot.curves = std::move(series);
-  plot.curves.push_back(front);
+  plot.curves = {front};  // below the points that lie on it
+  plot.curves.insert(plot.curves.end(), series.begin(), series.end());
   if (!recommended.x.empty()) plot.curves.push_back(recommended);
   return plot;
 }

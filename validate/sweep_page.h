@@ -19,7 +19,7 @@ Table sweep_table(const SweepCurve& curve);
 // what was skipped.
 void add_sweep(const Sweep& sweep, Report& report);
 
-// One line for a picked setting, and the same for each curve in order.
+// One line for a picked setting.
 std::string pick_line(const SweepCurve& curve, const SweepPoint& point);
 
 // The table as plain text.
