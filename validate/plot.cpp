@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -97,13 +98,22 @@ std::string drawn_as(const Curve& curve) {
 
 constexpr const char* head =
     "set encoding utf8\n"
-    "set terminal svg size 560,380 dynamic noenhanced font 'inherit,14' rounded\n"
     "set grid\n"
     "set key outside top left horizontal Left reverse samplen 2 maxcols 3\n";
+
+// Rows of the key take their height from outside the plot. Long labels stand one in a row.
+std::size_t key_rows(const Plot& plot) {
+  const bool wide = std::any_of(plot.curves.begin(), plot.curves.end(),
+                                [](const Curve& curve) { return curve.label.size() > 18; });
+  return wide ? plot.curves.size() : (plot.curves.size() + 1) / 2;
+}
 
 // Empty when there is no point to draw.
 std::string plot_script(const Plot& plot) {
   std::string script = head;
+  script +=
+      fmt::format("set terminal svg size 560,{} dynamic noenhanced font 'inherit,14' rounded\n",
+                  380 + 22 * (std::max<std::size_t>(key_rows(plot), 2) - 2));
   if (plot.log_x) script += "set logscale x\nset format x '%g'\n";
   if (plot.log_y) script += "set logscale y\nset format y '%g'\n";
   script += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";

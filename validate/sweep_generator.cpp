@@ -36,14 +36,14 @@ std::vector<StreakImage> lights_of_field(const StreakRequest& request) {
   return trace_streak(request).light;
 }
 
-// What a preset's table must say; slices are those of the whole exposure.
+// What a preset's tables must say for the whole exposure.
 std::string accuracy_keys(const StreakRequest& request) {
   return fmt::format(
       "[accuracy] slices = {}, spans_per_period = {}, base_cells = {}, space_depth = {}, "
       "time_depth = {}, bend_tolerance = {}, motion_tolerance = {}; [light] max_order = {}",
-      std::lround(request.slices / exposure_share), request.spans_per_period,
-      request.field.base_cells, request.field.space_depth, request.field.time_depth,
-      request.field.bend_tolerance, request.motion_tolerance, request.field.paths.max_order);
+      request.slices, request.spans_per_period, request.field.base_cells, request.field.space_depth,
+      request.field.time_depth, request.field.bend_tolerance, request.motion_tolerance,
+      request.field.paths.max_order);
 }
 
 using Change = std::function<void(StreakRequest&)>;
@@ -65,10 +65,9 @@ void add_single_changes(const StreakRequest& example, std::vector<Setting>& sett
                                      [=](StreakRequest& request) { set(request, value); }));
   };
   for (const double share : {0.125, 0.25, 0.5}) {
-    add("slices", std::lround(share * example.slices / exposure_share),
-        [share](StreakRequest& r, long) {
-          r.slices = std::max(1, static_cast<int>(std::lround(share * r.slices)));
-        });
+    add("slices", std::lround(share * example.slices), [share](StreakRequest& r, long) {
+      r.slices = std::max(1, static_cast<int>(std::lround(share * r.slices)));
+    });
   }
   for (const int cells : {6, 16}) {
     add("grid: base cells", cells, [](StreakRequest& r, int v) { r.field.base_cells = v; });
@@ -138,15 +137,18 @@ std::vector<Setting> all_settings(const StreakRequest& example, bool quick) {
   return settings;
 }
 
-std::vector<Part> chosen_parts(const Preset& preset, bool quick) {
+std::vector<ShardKey> chosen_keys(const Preset& preset, bool quick) {
   std::vector<ShardKey> keys = {{.oscillation = 3, .view_elevation_deg = 40},
                                 {.oscillation = 8, .view_elevation_deg = 0}};
   if (quick) keys = {{.oscillation = 1, .view_elevation_deg = 40}};
+  for (ShardKey& key : keys) key.diameter_um = diameters_of(preset).front();
+  return keys;
+}
+
+std::vector<Part> chosen_parts(const Preset& preset, bool quick) {
   std::vector<Part> parts;
-  for (ShardKey key : keys) {
-    key.diameter_um = diameters_of(preset).front();
-    StreakRequest request = part_of(shard_request(preset, key), exposure_share);
-    parts.push_back({.request = request});
+  for (const ShardKey& key : chosen_keys(preset, quick)) {
+    parts.push_back({.request = part_of(shard_request(preset, key), exposure_share)});
   }
   return parts;
 }
@@ -188,7 +190,8 @@ SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress) 
   for (Part& part : parts) {
     part.truth = trace_truth(at_accuracy_level(part.request, inputs.quick ? 2 : finer_level));
   }
-  std::vector<Setting> settings = all_settings(parts.front().request, inputs.quick);
+  std::vector<Setting> settings =
+      all_settings(shard_request(preset, chosen_keys(preset, inputs.quick).front()), inputs.quick);
   measure(parts, inputs.repeats, progress, settings);
   const auto shards = preset.oscillations.size() * preset.view_elevations_deg.size();
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());

@@ -27,7 +27,7 @@ std::vector<Surface> surfaces_of(bool quick) {
   for (const RayFollower follower : {RayFollower::mesh, RayFollower::polished_mesh}) {
     const bool polished = follower == RayFollower::polished_mesh;
     const std::string series = polished ? "mesh, polished" : "mesh";
-    for (int levels = 3; levels <= (quick ? 4 : 7); ++levels) {
+    for (int levels = 3; levels <= (quick ? 4 : polished ? 5 : 7); ++levels) {
       const long triangles = 8L << (2 * levels);
       surfaces.push_back({.point = {.series = series,
                                     .setting = fmt::format("{}, {} triangles", series, triangles)},
