@@ -341,6 +341,15 @@ TEST_F(SweepProgram, RefusesFlagsThatDoNotGoTogether) {
   EXPECT_THAT(no_atlas.err, HasSubstr("--atlas: is required for the curve renderer"));
 }
 
+TEST_F(SweepProgram, ValidateRefusesBadCurvesBeforeItMeasures) {
+  write_file_atomically(folder / "bad.json", "{\"version\": 1}");
+  const Outcome refused =
+      run_pluvia(fmt::format("validate --database none --atlas none --out {} --sweep {}",
+                             folder / "report", folder / "bad.json"));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("bad.json: machine: missing; expected this key"));
+}
+
 class SweepMeasured : public SweepProgram {
  protected:
   // The curve as `pluvia sweep --quick` measures it, once for each time; what the program says.

@@ -112,7 +112,7 @@ std::string sweep_text(const SweepCurve& curve) {
   for (const SweepPoint& point : by_time(curve.points)) {
     const std::vector<std::string> row = row_of(curve, point);
     text +=
-        fmt::format("  {:<44} {:<30} {:<20} {:<9} {}\n", row[0], row[1], row[2], row[3], row[4]);
+        fmt::format("  {:<46} {:<30} {:<20} {:<9} {}\n", row[0], row[1], row[2], row[3], row[4]);
   }
   if (!curve.recommended.empty()) {
     text += fmt::format("  recommended: {}. {}\n", curve.recommended, curve.why);
