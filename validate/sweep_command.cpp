@@ -19,14 +19,17 @@ struct KnownCurve {
   std::string name = {};
   bool needs_atlas = false;
   SweepCurve (*measure)(const SweepInputs& inputs, const Progress& progress) = nullptr;
+  std::string seeds = {};
 };
 
 // In the order of the report, the ladder of truth downward.
 const std::vector<KnownCurve>& known_curves() {
-  static const std::vector<KnownCurve> curves = {{"generator", false, sweep_generator},
-                                                 {"mesh", false, sweep_mesh},
-                                                 {"drop", false, sweep_drop},
-                                                 {"renderer", true, sweep_renderer}};
+  static const std::vector<KnownCurve> curves = {
+      {"generator", false, sweep_generator,
+       "the preset's; of the finer runs the three after it; of counted rays 7"},
+      {"mesh", false, sweep_mesh, "1 .. 8"},
+      {"drop", false, sweep_drop, "the preset's; of the finer runs the three after it"},
+      {"renderer", true, sweep_renderer, "the scene's"}};
   return curves;
 }
 
@@ -68,6 +71,7 @@ Sweep measure(const SweepFlags& flags, const std::string& command, const Progres
     mark_front(curve);
     recommend(curve);
     sweep.curves.push_back(curve);
+    sweep.seeds.emplace_back("curve " + wanted[k]->name, wanted[k]->seeds);
   }
   return sweep;
 }
