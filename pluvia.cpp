@@ -27,6 +27,9 @@
 #include "validate/compare_reports_command.h"
 #include "validate/fidelity.h"
 #include "validate/fit_command.h"
+#include "validate/sweep_command.h"
+#include "validate/sweep_json.h"
+#include "validate/sweep_page.h"
 
 namespace {
 
@@ -137,19 +140,22 @@ void reference(const pluvia::ReferenceFlags& flags) {
 
 struct ValidateFlags {
   pluvia::FidelityInputs inputs = {};
-  std::string out = {}, video = {};
+  std::string out = {}, video = {}, sweep = {};
   bool quick = false, full = false;
 };
 
 // False when a check failed; the report is written all the same.
 bool validate(const ValidateFlags& flags) {
   pluvia::make_folder(flags.out);  // before the minutes of measuring
+  const pluvia::Sweep sweep =
+      flags.sweep.empty() ? pluvia::Sweep() : pluvia::read_sweep(flags.sweep);
   pluvia::FidelityInputs inputs = flags.inputs;
   inputs.depth = flags.quick  ? pluvia::ReportDepth::quick
                  : flags.full ? pluvia::ReportDepth::full
                               : pluvia::ReportDepth::usual;
   pluvia::Report report = pluvia::measure_fidelity(inputs, ProgressLine());
   report.video = flags.video;
+  pluvia::add_sweep(sweep, report);
   pluvia::write_report(flags.out, report);
   bool passed = true;
   for (const pluvia::Check& check : report.checks) {
@@ -251,6 +257,7 @@ CLI::App* add_validate(CLI::App& app, ValidateFlags& flags) {
                  "price every approximation: grids, sizes, skies, drawing; some 20 minutes")
       ->excludes(quick);
   command->add_option("--video", flags.video, "to show in the report, relative to its folder");
+  command->add_option("--sweep", flags.sweep, "sweep.json of pluvia sweep, for its curves");
   command->footer("example: pluvia validate --database db --atlas atlas --out report");
   return command;
 }
@@ -276,6 +283,7 @@ int main(int argc, char** argv) {
   pluvia::ReferenceFlags reference_flags;
   ValidateFlags validate_flags;
   pluvia::FitFlags fit_flags;
+  pluvia::SweepFlags sweep_flags;
   pluvia::CompareReportsFlags compare_reports_flags;
   CLI::App* const generate_command = pluvia::add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
@@ -287,6 +295,7 @@ int main(int argc, char** argv) {
   CLI::App* const reference_command = add_reference(app, reference_flags, PLUVIA_DATA_DIR);
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = pluvia::add_fit(app, fit_flags, PLUVIA_DATA_DIR);
+  CLI::App* const sweep_command = pluvia::add_sweep(app, sweep_flags, PLUVIA_DATA_DIR);
   CLI::App* const compare_reports_command = pluvia::add_compare_reports(app, compare_reports_flags);
   try {
     app.parse(argc, argv);
@@ -310,6 +319,9 @@ int main(int argc, char** argv) {
     if (*fit_command) fmt::print("{}", pluvia::run_fit(*fit_command, fit_flags, ProgressLine()));
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
+    if (*sweep_command) {
+      fmt::print("{}", pluvia::run_sweep(sweep_flags, command_line(argc, argv), ProgressLine()));
+    }
     if (*compare_reports_command && !no_regression(compare_reports_flags)) return 1;
   } catch (const CLI::ParseError& error) {  // a value that only the input shows to be wrong
     fmt::print(stderr, "{}: {}\n", name, error.what());

@@ -12,105 +12,13 @@
 #include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
 
-#include "raytrace/embree_drop.h"
+#include "raytrace/ray_follower.h"
 #include "raytrace/wide_intersect.h"
 #include "raytrace/wide_paths.h"
 
 namespace pluvia {
 
 namespace {
-
-using Stokes = Eigen::Vector4d;  // I, Q, U, V; Q > 0 along the reference axis
-
-// Turns the reference axis of a Stokes vector from `from` to `to`, both perpendicular to
-// `direction`.
-Stokes turn_reference(const Stokes& stokes, const Eigen::Vector3d& direction,
-                      const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const double c = from.dot(to), s = direction.cross(from).dot(to);
-  const double c2 = c * c - s * s, s2 = 2 * c * s;
-  return {stokes[0], c2 * stokes[1] + s2 * stokes[2], c2 * stokes[2] - s2 * stokes[1], stokes[3]};
-}
-
-// Light on its way: reference is the axis of its Stokes vector.
-struct Ray {
-  Eigen::Vector3d position, direction, reference;
-  Stokes stokes;
-  bool inside = false;
-  int order = 0;
-};
-
-// Mueller matrix in the s/p frame from power shares of s and p and the phase difference of p
-// against s.
-Stokes apply_mueller(const Stokes& in, double s_share, double p_share, double cos_phase,
-                     double sin_phase) {
-  const double plus = 0.5 * (s_share + p_share), minus = 0.5 * (s_share - p_share);
-  const double cross = std::sqrt(s_share * p_share);
-  return {plus * in[0] + minus * in[1], minus * in[0] + plus * in[1],
-          cross * (cos_phase * in[2] + sin_phase * in[3]),
-          cross * (cos_phase * in[3] - sin_phase * in[2])};
-}
-
-struct Follower {
-  const DropInstant& drop;
-  const EmbreeDrop& embree;
-  const PathOptions& options;
-  bool polarised = true;
-
-  // Calls escape(direction, power) for every ray that leaves.
-  template <typename Escape>
-  void follow(Ray ray, const Eigen::Vector3d& outward, const Escape& escape) const {
-    const double n1 = ray.inside ? options.refractive_index : 1;
-    const double n2 = ray.inside ? 1 : options.refractive_index;
-    const Eigen::Vector3d normal = ray.inside ? Eigen::Vector3d(-outward) : outward;
-    const double cos1 = -normal.dot(ray.direction);
-    if (cos1 <= 0) return;
-    Eigen::Vector3d s = ray.direction.cross(normal);
-    s = s.norm() > 1e-12 ? Eigen::Vector3d(s.normalized()) : ray.reference;
-    const Stokes in = turn_reference(ray.stokes, ray.direction, ray.reference, s);
-    const double sin2 = n1 / n2 * std::sqrt(std::max(0.0, 1 - cos1 * cos1));
-
-    Ray reflected = ray;
-    reflected.direction = (ray.direction + 2 * cos1 * normal).normalized();
-    reflected.reference = s;
-    if (sin2 >= 1) {
-      // tan(delta / 2) = cos1 sqrt(sin1^2 - (n2/n1)^2) / sin1^2, delta the phase of p minus that of
-      // s.
-      const double sin1_2 = 1 - cos1 * cos1;
-      const double half =
-          std::atan(cos1 * std::sqrt(std::max(0.0, sin1_2 - n2 * n2 / (n1 * n1))) / sin1_2);
-      reflected.stokes = apply_mueller(in, 1, 1, std::cos(2 * half), std::sin(2 * half));
-      next(reflected, escape);
-      return;
-    }
-    const double cos2 = std::sqrt(1 - sin2 * sin2);
-    const double rs = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
-    const double rp = (n2 * cos1 - n1 * cos2) / (n2 * cos1 + n1 * cos2);
-    reflected.stokes = apply_mueller(in, rs * rs, rp * rp, rs * rp < 0 ? -1 : 1, 0);
-    next(reflected, escape);
-
-    Ray refracted = ray;
-    refracted.inside = !ray.inside;
-    refracted.direction = (n1 / n2 * ray.direction + (n1 / n2 * cos1 - cos2) * normal).normalized();
-    refracted.reference = s;
-    refracted.stokes = apply_mueller(in, 1 - rs * rs, 1 - rp * rp, 1, 0);
-    next(refracted, escape);
-  }
-
-  template <typename Escape>
-  void next(Ray ray, const Escape& escape) const {
-    if (ray.inside && ++ray.order > options.max_order) return;
-    if (ray.stokes[0] < options.min_power) return;
-    if (!polarised) ray.stokes.tail<3>().setZero();
-    const auto hit = embree.intersect(drop, ray.position, ray.direction,
-                                      ray.inside ? RaySide::inside : RaySide::outside);
-    if (hit) {
-      ray.position = hit->position;
-      follow(ray, hit->normal, escape);
-    } else if (!ray.inside) {
-      escape(ray.direction, ray.stokes[0]);
-    }
-  }
-};
 
 // Sums of one replicate: planes of pixels (lights, environment, coverage).
 struct Replicate {
@@ -128,6 +36,7 @@ struct BruteJob {
   const StreakRequest& request;
   const BruteOptions& options;
   const EmbreeDrop& embree;
+  SphereMesh sphere = {};  // of mesh and polished_mesh
   double half_side_m = 0;
   double weight = 0;  // of a ray: the area that it stands for [px], over the number of them
   double cone_cosine = 0, cone_radiance = 0;
@@ -165,9 +74,19 @@ struct BruteJob {
     }
     if (options.follower == RayFollower::wide) {
       follow_wide(drop, view, rays, sums);
+    } else if (options.follower == RayFollower::independent) {
+      follow_each(AnalyticSurface{drop, embree}, view, rays, sums);
     } else {
-      for (const CameraRay& ray : rays) follow_one(drop, view, ray, sums);
+      const MeshDrop triangles(drop, sphere);
+      const bool polished = options.follower == RayFollower::polished_mesh;
+      follow_each(MeshSurface{drop, triangles, sphere.gap, polished}, view, rays, sums);
     }
+  }
+
+  template <typename Surface>
+  void follow_each(const Surface& surface, const View& view, const std::vector<CameraRay>& rays,
+                   Replicate& sums) const {
+    for (const CameraRay& ray : rays) follow_one(surface, view, ray, sums);
   }
 
   std::optional<std::size_t> pixel_of(double share, double x_m, double y_m) const {
@@ -180,13 +99,14 @@ struct BruteJob {
            static_cast<std::size_t>(c);
   }
 
-  void follow_one(const DropInstant& drop, const View& view, const CameraRay& camera_ray,
+  template <typename Surface>
+  void follow_one(const Surface& surface, const View& view, const CameraRay& camera_ray,
                   Replicate& sums) const {
-    const auto hit = embree.intersect(drop, camera_ray.from_m, -view.to_camera, RaySide::outside);
+    const auto hit = surface.meet(camera_ray.from_m, -view.to_camera, RaySide::outside);
     if (!hit) return;
     add_hit(camera_ray.pixel, sums);
-    const Ray ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
-    Follower{drop, embree, request.field.paths, options.polarised}.follow(
+    const StokesRay ray = {hit->position, -view.to_camera, view.right, {1, 0, 0, 0}};
+    Follower<Surface>{surface, request.field.paths, options.polarised}.follow(
         ray, hit->normal, [&](const Eigen::Vector3d& direction, double power) {
           add_exit(camera_ray.pixel, direction, power, sums);
         });
@@ -275,7 +195,10 @@ BruteStreak brute_force_streak(const StreakRequest& request, const BruteOptions&
   }
   const double radius = 1.02 * bound * request.drop.mean_radius_m;
   const EmbreeDrop embree(radius);
-  BruteJob job{request, options, embree, radius};
+  const bool is_mesh =
+      options.follower == RayFollower::mesh || options.follower == RayFollower::polished_mesh;
+  BruteJob job{request, options, embree, is_mesh ? sphere_mesh(options.mesh_levels) : SphereMesh(),
+               radius};
   job.weight = std::pow(2 * radius / request.frame.pixel_m, 2) /
                (static_cast<double>(options.rays_per_instant) * options.instants);
   const double sine = std::sin(request.cone_half_angle_rad);

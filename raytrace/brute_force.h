@@ -17,8 +17,10 @@
 namespace pluvia {
 
 enum class RayFollower {
-  independent,  // Embree and Mueller matrices, one ray after the other
-  wide          // raytrace/wide_paths.h, with the field options' instruction set
+  independent,   // Embree and Mueller matrices, one ray after the other
+  wide,          // raytrace/wide_paths.h, with the field options' instruction set
+  mesh,          // as independent, but of a triangle mesh of each instant, with smooth normals
+  polished_mesh  // the same mesh, each of its hits moved onto the analytic surface
 };
 
 struct BruteOptions {
@@ -30,6 +32,7 @@ struct BruteOptions {
   // False: light leaves every interface unpolarised, to tell what that costs (an averaged Fresnel
   // share at each); of the independent follower alone.
   bool polarised = true;
+  int mesh_levels = 5;  // of a mesh: 8 * 4^levels triangles, 0 .. 9
 };
 
 struct Estimate {

@@ -1,5 +1,6 @@
 #include "raytrace/embree_drop.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -84,18 +85,12 @@ std::optional<DropHit> EmbreeDrop::intersect(const DropInstant& drop,
   return rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::nullopt : context.hit;
 }
 
-namespace {
-
-// A sphere's triangles by halving the edges of an octahedron; shared corners are shared.
-struct SphereMesh {
-  std::vector<Eigen::Vector3d> corners = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
-                                          {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
-  std::vector<std::array<unsigned, 3>> triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                                                    {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-};
-
-SphereMesh subdivided_octahedron(int levels) {
-  SphereMesh mesh;
+SphereMesh sphere_mesh(int levels) {
+  // By halving the edges of an octahedron; shared corners are shared.
+  SphereMesh mesh = {
+      .corners = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+      .triangles = {
+          {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<unsigned, unsigned>, unsigned> middles;
     const auto middle = [&](unsigned a, unsigned b) {
@@ -111,21 +106,23 @@ SphereMesh subdivided_octahedron(int levels) {
     }
     mesh.triangles = std::move(finer);
   }
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d middle = (mesh.corners[a] + mesh.corners[b] + mesh.corners[c]) / 3;
+    mesh.gap = std::max(mesh.gap, 1 - middle.norm());
+  }
   return mesh;
 }
 
-}  // namespace
-
 struct MeshDrop::State {
   RTCScene scene = nullptr;
-  std::vector<std::array<unsigned, 3>> triangles = {};
+  const SphereMesh* sphere = nullptr;
   std::vector<Eigen::Vector3d> normals = {};
 };
 
-MeshDrop::MeshDrop(const DropInstant& drop, int levels) : state_(std::make_unique<State>()) {
+MeshDrop::MeshDrop(const DropInstant& drop, const SphereMesh& mesh)
+    : state_(std::make_unique<State>()) {
   const RTCDevice device = embree_device();
-  const SphereMesh mesh = subdivided_octahedron(levels);
-  state_->triangles = mesh.triangles;
+  state_->sphere = &mesh;
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* corners = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
@@ -153,7 +150,7 @@ MeshDrop::~MeshDrop() {
 }
 
 std::size_t MeshDrop::triangle_count() const {
-  return state_->triangles.size();
+  return state_->sphere->triangles.size();
 }
 
 std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
@@ -163,7 +160,7 @@ std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
   RTCRayHit rayhit = make_rayhit(origin_m, direction, infinite);
   rtcIntersect1(state_->scene, &context, &rayhit);
   if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const auto& triangle = state_->triangles[rayhit.hit.primID];
+  const auto& triangle = state_->sphere->triangles[rayhit.hit.primID];
   const double u = rayhit.hit.u, v = rayhit.hit.v;
   DropHit hit;
   hit.distance = rayhit.ray.tfar;
@@ -172,6 +169,27 @@ std::optional<DropHit> MeshDrop::intersect(const Eigen::Vector3d& origin_m,
                 v * state_->normals[triangle[2]])
                    .normalized();
   return hit;
+}
+
+std::optional<DropHit> MeshDrop::intersect_polished(const DropInstant& drop,
+                                                    const Eigen::Vector3d& origin_m,
+                                                    const Eigen::Vector3d& direction) const {
+  const std::optional<DropHit> start = intersect(origin_m, direction);
+  if (!start) return std::nullopt;
+  const double r0 = drop.surface.scale;
+  DropHit hit = *start;
+  for (int step = 0; step < 8; ++step) {
+    const Eigen::Vector3d from_centre = hit.position - drop.origin_m;
+    const Eigen::Vector3d u = from_centre.normalized();
+    hit.normal = surface_normal(drop, u);
+    const double above_m = from_centre.norm() - surface_radius_m(drop, u);
+    if (std::abs(above_m) < 1e-12 * r0) return hit;
+    // Height above the surface grows along the ray as direction . normal / (u . normal).
+    hit.distance -= above_m * u.dot(hit.normal) / direction.dot(hit.normal);
+    hit.position = origin_m + hit.distance * direction;
+    if (!(std::abs(hit.distance - start->distance) < 0.5 * r0 && hit.distance > 0)) break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace pluvia

@@ -3,8 +3,10 @@
 // second way.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "raytrace/drop_intersect.h"
 
@@ -28,11 +30,19 @@ class EmbreeDrop {
   std::unique_ptr<State> state_;
 };
 
-// The drop at one instant as a subdivided octahedron: 8 * 4^levels triangles, corners exactly on
-// the surface, corner normals exact, both interpolated linearly.
+// The unit sphere as a subdivided octahedron: 8 * 4^levels triangles. levels: 0 .. 9.
+struct SphereMesh {
+  std::vector<Eigen::Vector3d> corners = {};
+  std::vector<std::array<unsigned, 3>> triangles = {};
+  double gap = 0;  // between the sphere and the triangle that lies deepest below it
+};
+SphereMesh sphere_mesh(int levels);
+
+// The drop at one instant as such a mesh, drawn out to it: corners exactly on the surface, corner
+// normals exact, both interpolated linearly. The mesh of the sphere must outlive it.
 class MeshDrop {
  public:
-  MeshDrop(const DropInstant& drop, int levels);
+  MeshDrop(const DropInstant& drop, const SphereMesh& sphere);
   ~MeshDrop();
   MeshDrop(const MeshDrop&) = delete;
   MeshDrop& operator=(const MeshDrop&) = delete;
@@ -43,6 +53,13 @@ class MeshDrop {
   // side.
   std::optional<DropHit> intersect(const Eigen::Vector3d& origin_m,
                                    const Eigen::Vector3d& direction) const;
+
+  // The hit moved along the ray onto the analytic surface, by Newton's method from the triangle's.
+  // A ray that starts on that surface must start four gaps off it, or it meets the triangles there.
+  // None where the method leaves the neighbourhood, near a grazing ray.
+  std::optional<DropHit> intersect_polished(const DropInstant& drop,
+                                            const Eigen::Vector3d& origin_m,
+                                            const Eigen::Vector3d& direction) const;
 
  private:
   struct State;

@@ -1,4 +1,4 @@
-#include "tests/bench/batch_judge.h"
+#include "validate/batch_judge.h"
 
 #include <cmath>
 #include <random>

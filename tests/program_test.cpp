@@ -78,7 +78,7 @@ TEST_F(Program, HelpOfEverySubcommandHasAnExampleAndGoesToTheOutput) {
   const std::string overview = run_pluvia("--help").out;
   for (const std::string command :
        {"generate", "merge", "export", "import", "pack", "render", "reference", "view", "validate",
-        "compare-reports"}) {
+        "compare-reports", "sweep"}) {
     const Outcome outcome = run_pluvia(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("example: pluvia " + command));

@@ -287,6 +287,25 @@ TEST_F(ReportTest, APlotIsDrawnOrListedWithTheReason) {
 TEST(Plot, CurvesOfUnequalLengthAreRefused) {
   EXPECT_THROW(draw_plot({.title = "a", .curves = {{"c", {1, 2}, {1}, {}}}}), std::runtime_error);
   EXPECT_THROW(draw_plot({.title = "a", .curves = {{"c", {1}, {1}, {1, 2}}}}), std::runtime_error);
+  const Curve half_a_bar = {.label = "c", .x = {1}, .y = {1}, .x_low = {0.5}};
+  EXPECT_THROW(draw_plot({.title = "a", .curves = {half_a_bar}}), std::runtime_error);
+}
+
+TEST(Plot, HasEveryStyleOfCurveWithAndWithoutBars) {
+  Plot plot = {.title = "a", .log_x = true, .log_y = true};
+  for (const auto style :
+       {CurveStyle::joined, CurveStyle::points, CurveStyle::line, CurveStyle::rings}) {
+    plot.curves.push_back({.label = "plain", .x = {1, 2}, .y = {3, 4}, .style = style});
+    Curve bars = plot.curves.back();
+    bars.label = "barred", bars.y_error = {1, 1};
+    plot.curves.push_back(bars);
+    bars.x_low = {0.5, 1.5}, bars.x_high = {1.5, 3};
+    plot.curves.push_back(bars);
+  }
+  const PlotDrawing drawing = draw_plot(plot);
+  if (drawing.why_not.find("not installed") != std::string::npos) GTEST_SKIP() << drawing.why_not;
+  EXPECT_EQ(drawing.why_not, "");
+  EXPECT_NE(drawing.svg.find("barred"), std::string::npos);
 }
 
 TEST(Panel, TellsWhatIsWhiteAndHowManyPixelsAreNoNumbers) {

@@ -158,7 +158,8 @@ void add_mesh_check(const Preset& preset, Report& report) {
   Curve curve{"median error of p = 1", {}, {}, {}};
   std::array<std::vector<double>, 2> halves;
   for (const int level : mesh_levels) {
-    const MeshDrop mesh(drop, level);
+    const SphereMesh sphere = sphere_mesh(level);
+    const MeshDrop mesh(drop, sphere);
     for (int half = 0; half < 2; ++half) {
       halves[static_cast<std::size_t>(half)].push_back(
           mesh_error_rad(drop, mesh, request.field.paths.refractive_index, half));

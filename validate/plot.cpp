@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -15,7 +16,8 @@ namespace pluvia {
 namespace {
 
 // Middle tones, legible on white and on black.
-constexpr const char* colors[] = {"#2a7fba", "#d1603d", "#3f9b5b", "#a05fb4", "#b8860b", "#5f6b7a"};
+constexpr const char* colors[] = {"#2a7fba", "#d1603d", "#3f9b5b", "#a05fb4",
+                                  "#b8860b", "#5f6b7a", "#c2457e", "#2f9a9a"};
 
 std::string about(const Plot& plot, const std::string& message) {
   return fmt::format("plot \"{}\": {}", plot.title, message);
@@ -37,22 +39,43 @@ bool drawable(const Plot& plot, const Curve& curve, std::size_t i) {
          (!plot.log_x || curve.x[i] > 0) && (!plot.log_y || curve.y[i] > 0);
 }
 
+void refuse_unequal(const Plot& plot, const Curve& curve) {
+  const std::size_t n = curve.x.size();
+  const auto fits = [&](const std::vector<double>& bars) {
+    return bars.empty() || bars.size() == n;
+  };
+  if (curve.y.size() == n && fits(curve.y_error) && fits(curve.x_low) &&
+      curve.x_low.size() == curve.x_high.size()) {
+    return;
+  }
+  throw std::runtime_error(about(
+      plot,
+      fmt::format("curve \"{}\" has {} x, {} y, {} y_error, {} x_low, {} x_high; expected equal "
+                  "lengths",
+                  curve.label, n, curve.y.size(), curve.y_error.size(), curve.x_low.size(),
+                  curve.x_high.size())));
+}
+
+// "x y y_error x_low x_high"; a bar that is missing or not finite has no length.
+std::string data_line(const Curve& curve, std::size_t i) {
+  const auto bar = [&](const std::vector<double>& values, double none) {
+    return !values.empty() && std::isfinite(values[i]) ? values[i] : none;
+  };
+  return fmt::format("{:.17g} {:.17g} {:.17g} {:.17g} {:.17g}\n", curve.x[i], curve.y[i],
+                     bar(curve.y_error, 0), bar(curve.x_low, curve.x[i]),
+                     bar(curve.x_high, curve.x[i]));
+}
+
 // The data blocks $d0, $d1, ..; returns how many points there are to draw.
 long append_data(const Plot& plot, std::string& script) {
   long points = 0;
   for (std::size_t k = 0; k < plot.curves.size(); ++k) {
     const Curve& curve = plot.curves[k];
-    const bool bars = !curve.y_error.empty();
-    if (curve.y.size() != curve.x.size() || (bars && curve.y_error.size() != curve.x.size())) {
-      throw std::runtime_error(about(
-          plot, fmt::format("curve \"{}\" has {} x, {} y, {} y_error; expected equal lengths",
-                            curve.label, curve.x.size(), curve.y.size(), curve.y_error.size())));
-    }
+    refuse_unequal(plot, curve);
     script += fmt::format("$d{} << END\n", k);
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
       if (!drawable(plot, curve, i)) continue;
-      script += fmt::format("{:.17g} {:.17g} {:.17g}\n", curve.x[i], curve.y[i],
-                            bars && std::isfinite(curve.y_error[i]) ? curve.y_error[i] : 0.0);
+      script += data_line(curve, i);
       ++points;
     }
     script += "END\n";
@@ -60,26 +83,47 @@ long append_data(const Plot& plot, std::string& script) {
   return points;
 }
 
+// What gnuplot does with a data block.
+std::string drawn_as(const Curve& curve) {
+  if (curve.style == CurveStyle::line) return "using 1:2 with lines lw 4";
+  if (curve.style == CurveStyle::rings) return "using 1:2 with points pt 6 ps 1.6 lw 3";
+  const bool x_bars = !curve.x_low.empty(), bars = x_bars || !curve.y_error.empty();
+  const std::string columns = x_bars ? "1:2:4:5:($2-$3):($2+$3)" : bars ? "1:2:3" : "1:2";
+  const std::string kind = x_bars ? "xyerror" : bars ? "yerror" : "";
+  const bool joined = curve.style == CurveStyle::joined;
+  const std::string form =
+      kind.empty() ? (joined ? "linespoints" : "points") : kind + (joined ? "lines" : "bars");
+  return fmt::format("using {} with {} pt 7 ps 0.5 lw 2", columns, form);
+}
+
 constexpr const char* head =
     "set encoding utf8\n"
-    "set terminal svg size 560,380 dynamic noenhanced font 'inherit,14' rounded\n"
     "set grid\n"
     "set key outside top left horizontal Left reverse samplen 2 maxcols 3\n";
+
+// Rows of the key take their height from outside the plot. Long labels stand one in a row.
+std::size_t key_rows(const Plot& plot) {
+  const bool wide = std::any_of(plot.curves.begin(), plot.curves.end(),
+                                [](const Curve& curve) { return curve.label.size() > 18; });
+  return wide ? plot.curves.size() : (plot.curves.size() + 1) / 2;
+}
 
 // Empty when there is no point to draw.
 std::string plot_script(const Plot& plot) {
   std::string script = head;
+  script +=
+      fmt::format("set terminal svg size 560,{} dynamic noenhanced font 'inherit,14' rounded\n",
+                  380 + 22 * (std::max<std::size_t>(key_rows(plot), 2) - 2));
   if (plot.log_x) script += "set logscale x\nset format x '%g'\n";
   if (plot.log_y) script += "set logscale y\nset format y '%g'\n";
   script += "set xlabel " + quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
   if (append_data(plot, script) == 0) return "";
   const char* separator = "plot ";
   for (std::size_t k = 0; k < plot.curves.size(); ++k) {
-    const char* color = colors[k % std::size(colors)];
     const Curve& curve = plot.curves[k];
-    script += fmt::format("{}$d{} using {} pt 7 ps 0.5 lw 2 lc rgb '{}' title {}", separator, k,
-                          curve.y_error.empty() ? "1:2 with linespoints" : "1:2:3 with yerrorlines",
-                          color, quoted(curve.label));
+    const bool mark = curve.style == CurveStyle::line || curve.style == CurveStyle::rings;
+    script += fmt::format("{}$d{} {} lc rgb '{}' title {}", separator, k, drawn_as(curve),
+                          mark ? "#808080" : colors[k % std::size(colors)], quoted(curve.label));
     separator = ", ";
   }
   return script + "\n";

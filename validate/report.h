@@ -39,15 +39,21 @@ struct Comparison {
   std::vector<Panel> maps = {};  // more of the same size, 1 channel
 };
 
+// Points joined by a line, alone, only the line, or rings that mark points of other curves.
+enum class CurveStyle { joined, points, line, rings };
+
 struct Curve {
   std::string label = {};
   std::vector<double> x = {}, y = {}, y_error = {};  // y_error empty: no bars
+  std::vector<double> x_low = {}, x_high = {};       // ends of bars along x; empty: none
+  CurveStyle style = CurveStyle::joined;
 };
 
 struct Plot {
   std::string title = {}, x_label = {}, y_label = {};
   bool log_x = false, log_y = false;
   std::vector<Curve> curves = {};
+  std::string text = {};  // what to see in it
 };
 
 struct Table {
@@ -87,7 +93,7 @@ constexpr std::size_t page_bytes = 15'000'000;
 // not draw is listed under "skipped" with the reason. Throws std::runtime_error when a file cannot
 // be written, when a panel has no 1 or 3 channels, no pixels or no white > 0, when the pictures of
 // a comparison differ in size, channels or white, when a row of a table has not as many cells as
-// its head, and when a curve's x, y and y_error differ in length.
+// its head, and when a curve's x, y and bars differ in length.
 void write_report(const std::string& folder, const Report& report);
 
 // Processor name, cores, memory, compiler, library versions, program version.

@@ -47,8 +47,10 @@ std::string plots_html(const std::vector<Plot>& plots, std::vector<std::string>&
       skipped.push_back(drawing.why_not);
       continue;
     }
-    text += fmt::format("<figure class=\"plot\"><h3>{}</h3>\n{}</figure>\n", html_text(plot.title),
-                        drawing.svg);
+    const std::string words =
+        plot.text.empty() ? "" : "<figcaption>" + html_text(plot.text) + "</figcaption>\n";
+    text += fmt::format("<figure class=\"plot\"><h3>{}</h3>\n{}{}</figure>\n",
+                        html_text(plot.title), drawing.svg, words);
   }
   return text.empty() ? "" : "<div class=\"plots\">\n" + text + "</div>\n";
 }

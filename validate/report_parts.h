@@ -34,9 +34,9 @@ std::string base64(const std::vector<unsigned char>& bytes);
 // The page's element for one panel: its caption, and <img> with the picture as a PNG data URI.
 std::string panel_html(const Panel& panel);
 
-// A picture of any range for the page's script, which validate/picture.js unpacks. A value is h 2^e,
-// h its nearest half float (IEEE 754 binary16) and e one for the picture, with the largest h in
-// [2^14, 2^15): a value is off by at most 2^-11 of itself (0.05 %), or by 2^-39 of the largest
+// A picture of any range for the page's script, which validate/picture.js unpacks. A value is h
+// 2^e, h its nearest half float (IEEE 754 binary16) and e one for the picture, with the largest h
+// in [2^14, 2^15): a value is off by at most 2^-11 of itself (0.05 %), or by 2^-39 of the largest
 // where that is more. Not finite stays not finite.
 struct PackedPicture {
   int exponent = 0;  // e
@@ -67,7 +67,7 @@ struct PlotDrawing {
 
 // Draws with gnuplot. No drawing: gnuplot is not installed or refuses, or there is nothing to draw
 // (no point that is finite, and > 0 on a logarithmic axis). Throws std::runtime_error when x, y and
-// y_error of a curve differ in length, or when there is no room for temporary files.
+// bars of a curve differ in length, or when there is no room for temporary files.
 PlotDrawing draw_plot(const Plot& plot);
 
 }  // namespace pluvia

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "raytrace/brute_force.h"
-#include "tests/bench/batch_judge.h"
 #include "tests/bench/shard_choice.h"
+#include "validate/batch_judge.h"
 
 namespace pluvia {
 

@@ -14,8 +14,8 @@
 #include <CLI/CLI.hpp>
 
 #include "atlas/atomic_file.h"
-#include "tests/bench/batch_judge.h"
-#include "tests/bench/light_errors.h"
+#include "validate/batch_judge.h"
+#include "validate/light_errors.h"
 
 namespace pluvia {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "atlas/atomic_file.h"
 #include "raytrace/process_time.h"
-#include "tests/bench/light_errors.h"
 #include "tests/bench/shard_choice.h"
+#include "validate/light_errors.h"
 
 namespace pluvia {
 namespace {

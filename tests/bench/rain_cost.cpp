@@ -13,8 +13,8 @@
 
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
-#include "tests/bench/median.h"
 #include "tests/synthetic_atlas.h"
+#include "validate/median.h"
 
 namespace pluvia {
 namespace {

@@ -17,10 +17,10 @@
 #include "raytrace/drop_field.h"
 #include "realtime/rain_renderer.h"
 #include "tests/bench/far_rain.h"
-#include "tests/bench/median.h"
 #include "tests/synthetic_atlas.h"
 #include "validate/flip.h"
 #include "validate/frame_composite.h"
+#include "validate/median.h"
 #include "validate/metrics.h"
 
 namespace pluvia {

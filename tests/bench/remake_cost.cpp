@@ -13,7 +13,7 @@
 
 #include "realtime/show_pass.h"
 #include "realtime/viewer/scene_edits.h"
-#include "tests/bench/median.h"
+#include "validate/median.h"
 
 namespace pluvia {
 namespace {

@@ -26,6 +26,11 @@ struct BatchVerdict {
 BatchVerdict judge_picture(const std::vector<double>& picture,
                            const std::vector<std::vector<double>>& batches);
 
+// The same of a picture that is known from batches, too: differences[i] is its batch less the
+// truth's batches[i], both of the same random numbers, so that most of the noise is in neither.
+BatchVerdict judge_differences(const std::vector<std::vector<double>>& differences,
+                               const std::vector<std::vector<double>>& batches);
+
 // Sums over the columns of each row.
 std::vector<double> row_sums(const std::vector<double>& picture, int width_px);
 

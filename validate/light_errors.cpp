@@ -1,10 +1,10 @@
-#include "tests/bench/light_errors.h"
+#include "validate/light_errors.h"
 
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "tests/bench/batch_judge.h"
+#include "validate/batch_judge.h"
 
 namespace pluvia {
 

@@ -1,4 +1,4 @@
-#include "tests/bench/batch_judge.h"
+#include "validate/batch_judge.h"
 
 #include <algorithm>
 #include <cassert>
@@ -45,6 +45,12 @@ BatchVerdict judge_picture(const std::vector<double>& picture,
   for (auto& d : differences) {
     for (std::size_t i = 0; i < d.size(); ++i) d[i] = picture[i] - d[i];
   }
+  return judge_differences(differences, batches);
+}
+
+BatchVerdict judge_differences(const std::vector<std::vector<double>>& differences,
+                               const std::vector<std::vector<double>>& batches) {
+  assert(batches.size() >= 3 && differences.size() == batches.size());
   const Products error = products(differences), size = products(batches);
   // Sums over batches that share no lit pixel are zero but for rounding.
   const auto dark = [&](double square) { return square <= 1e-12 * size.own; };

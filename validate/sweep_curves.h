@@ -1,0 +1,49 @@
+// The curves that `pluvia sweep` measures (validate/sweep.h). Each names in its text what its error
+// is of; points come without front and recommendation.
+#pragma once
+
+#include <string>
+
+#include "raytrace/generate.h"
+#include "validate/sweep.h"
+
+namespace pluvia {
+
+struct SweepInputs {
+  std::string preset_file = {};  // generator: of the kind gn2006
+  std::string physical_preset_file =
+      {};                         // drop: of the kind physical, with a drop of 3 mm and set 6
+  std::string scene_file = {};    // renderer
+  std::string atlas_folder = {};  // renderer
+  int repeats = 3;                // of each time, >= 1
+  bool quick = false;             // fewer settings, smaller pictures: to try it, not to quote it
+};
+
+// What a tenth of the exposure of two shards costs by the settings of the exit field, by counting
+// rays and by counting rays that meet a mesh, against finer runs of the field
+// (validate/sweep_streaks.h). Times are processor time of one thread. A picked setting is held
+// against a whole database. Throws std::runtime_error for files.
+SweepCurve sweep_generator(const SweepInputs& inputs, const Progress& progress);
+
+// What triangle meshes of the drop cost, and what light they move: the same rays through meshes,
+// through meshes with polished hits and through the analytic drop (raytrace/brute_force.h). Their
+// noise is the same, but for rays that only one of the two sees, and taken away: the error is bias.
+// Times are processor time of one thread and hold the building of a mesh for each instant.
+SweepCurve sweep_mesh(const SweepInputs& inputs, const Progress& progress);
+
+// What a streak costs by the model of the drop (sphere or shape at rest, no mode to five), against
+// the fullest one (validate/sweep_streaks.h). Times are processor time of one thread. Throws
+// std::runtime_error for files and a preset without that drop.
+SweepCurve sweep_drop(const SweepInputs& inputs, const Progress& progress);
+
+// What a frame's rain costs by lookup, texels, streaks that stand for many, harmonics of the sky
+// and drops that are left out, against the fullest rain that the renderer draws: quads alone, four
+// samples a pixel, trilinear light, drops out to 1.5 times as far (validate/frame_composite.h
+// would take minutes for each instant, and agrees with quads to 0.013: docs/rendering.md). The
+// error is the mean over instants of the relative RMSE of the rain as a screen shows it (what is
+// brighter than white is white), its standard error comes from their spread. Splashes are left out.
+// Times are of the passes that draw rain: processor time on a software rasteriser, wall-clock time
+// on a GPU. Throws std::runtime_error for files, and as RainRenderer.
+SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress);
+
+}  // namespace pluvia
