@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

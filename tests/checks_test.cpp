@@ -11,7 +11,7 @@
 #include "atlas/atomic_file.h"
 #include "tests/sample_database.h"
 #include "tests/temporary_folder.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/table_file.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

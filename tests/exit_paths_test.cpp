@@ -11,7 +11,7 @@
 
 #include "raytrace/drop_intersect.h"
 #include "tests/drop_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

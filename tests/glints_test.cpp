@@ -9,7 +9,7 @@
 #include "raytrace/light_integral.h"
 #include "tests/drop_samples.h"
 #include "tests/streak_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

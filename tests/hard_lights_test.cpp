@@ -17,7 +17,7 @@
 #include "tests/streak_samples.h"
 #include "tests/table_file.h"
 #include "tests/wide_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/drop_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

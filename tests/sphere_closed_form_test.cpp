@@ -1,4 +1,4 @@
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 #include <cmath>
 #include <fstream>

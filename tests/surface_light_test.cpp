@@ -15,7 +15,7 @@
 #include "tests/band_limited_map.h"
 #include "tests/drop_samples.h"
 #include "tests/streak_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

@@ -10,7 +10,7 @@
 #include "raytrace/wide_intersect.h"
 #include "tests/drop_samples.h"
 #include "tests/wide_samples.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

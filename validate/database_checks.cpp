@@ -9,7 +9,7 @@
 #include "atlas/json_place.h"
 #include "validate/checks.h"
 #include "validate/real_factors.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 

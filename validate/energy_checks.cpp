@@ -11,7 +11,7 @@
 #include "raytrace/embree_drop.h"
 #include "raytrace/exit_field.h"
 #include "validate/checks.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 

@@ -8,7 +8,7 @@
 #include "atlas/json_place.h"
 #include "validate/checks.h"
 #include "validate/frame_composite.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 

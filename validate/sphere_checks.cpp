@@ -6,7 +6,7 @@
 #include "raytrace/drop_intersect.h"
 #include "raytrace/light_integral.h"
 #include "validate/checks.h"
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 namespace pluvia {
 

@@ -1,4 +1,4 @@
-#include "validate/sphere_closed_form.h"
+#include "raytrace/sphere_closed_form.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,19 +23,12 @@ double ring_share(double angle, double centre, double cone) {
   return std::acos(std::clamp(c, -1.0, 1.0)) / pi;
 }
 
-// Of a ray, not folded: 0 is forward.
-double deviation_rad(double refractive_index, int order, double incidence_rad) {
-  if (order == 0) return pi - 2 * incidence_rad;
-  const double r = std::asin(std::sin(incidence_rad) / refractive_index);
-  return 2 * incidence_rad - 2 * order * r + (order - 1) * pi;
-}
-
 // The angle of incidence between two whose deviations lie on either side of `target`.
 double incidence_rad(double refractive_index, int order, double target, double low, double high) {
-  const bool rises = deviation_rad(refractive_index, order, high) > target;
+  const bool rises = sphere_deviation_rad(refractive_index, order, high) > target;
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
-    const bool above = deviation_rad(refractive_index, order, middle) > target;
+    const bool above = sphere_deviation_rad(refractive_index, order, middle) > target;
     (above == rises ? high : low) = middle;
   }
   return low;
@@ -49,27 +42,25 @@ double ray_intensity(double refractive_index, int order, double incidence) {
   return sphere_throughput(refractive_index, order, b) * b * std::cos(incidence) / std::abs(slope);
 }
 
-// Calls visit(intensity, position) for each ray that leaves at that scattering angle;
+// Calls visit(intensity, position) for each ray of an order that leaves at that scattering angle;
 // position: its impact, > 0 on the side of the disc from which the light comes. What enters the
 // drop turns toward the axis (order >= 1): it is seen on the other side, unless it has turned by
 // more than half a circle.
 template <typename Visit>
-void for_each_ray(double refractive_index, int max_order, double angle_rad, Visit visit) {
+void for_each_ray(double refractive_index, int order, double angle_rad, Visit visit) {
   constexpr int steps = 2000;  // no deviation turns twice within pi / 4000
-  for (int order = 0; order <= max_order; ++order) {
-    for (int k = 0; k < steps; ++k) {
-      const double i = pi / 2 * k / steps, j = pi / 2 * (k + 1) / steps;
-      const double from = deviation_rad(refractive_index, order, i);
-      const double to = deviation_rad(refractive_index, order, j);
-      // The angle's images: +-angle plus whole turns.
-      for (int turn = -order - 1; turn <= order + 1; ++turn) {
-        for (const double sign : {1.0, -1.0}) {
-          const double image = 2 * pi * turn + sign * angle_rad;
-          if ((from < image) == (to < image)) continue;
-          const double incidence = incidence_rad(refractive_index, order, image, i, j);
-          visit(ray_intensity(refractive_index, order, incidence),
-                (order == 0 ? sign : -sign) * std::sin(incidence));
-        }
+  for (int k = 0; k < steps; ++k) {
+    const double i = pi / 2 * k / steps, j = pi / 2 * (k + 1) / steps;
+    const double from = sphere_deviation_rad(refractive_index, order, i);
+    const double to = sphere_deviation_rad(refractive_index, order, j);
+    // The angle's images: +-angle plus whole turns.
+    for (int turn = -order - 1; turn <= order + 1; ++turn) {
+      for (const double sign : {1.0, -1.0}) {
+        const double image = 2 * pi * turn + sign * angle_rad;
+        if ((from < image) == (to < image)) continue;
+        const double incidence = incidence_rad(refractive_index, order, image, i, j);
+        visit(ray_intensity(refractive_index, order, incidence),
+              (order == 0 ? sign : -sign) * std::sin(incidence));
       }
     }
   }
@@ -77,19 +68,34 @@ void for_each_ray(double refractive_index, int max_order, double angle_rad, Visi
 
 }  // namespace
 
-double sphere_intensity(double refractive_index, int max_order, double angle_rad) {
+double sphere_deviation_rad(double refractive_index, int order, double incidence_rad) {
+  if (order == 0) return pi - 2 * incidence_rad;
+  const double r = std::asin(std::sin(incidence_rad) / refractive_index);
+  return 2 * incidence_rad - 2 * order * r + (order - 1) * pi;
+}
+
+double sphere_order_intensity(double refractive_index, int order, double angle_rad) {
   double sum = 0;
-  for_each_ray(refractive_index, max_order, angle_rad,
+  for_each_ray(refractive_index, order, angle_rad,
                [&](double intensity, double) { sum += intensity; });
   return sum / (pi * std::sin(angle_rad));
 }
 
+double sphere_intensity(double refractive_index, int max_order, double angle_rad) {
+  double sum = 0;
+  for (int order = 0; order <= max_order; ++order)
+    sum += sphere_order_intensity(refractive_index, order, angle_rad);
+  return sum;
+}
+
 double sphere_light_position(double refractive_index, int max_order, double angle_rad) {
   double sum = 0, moment = 0;
-  for_each_ray(refractive_index, max_order, angle_rad, [&](double intensity, double position) {
-    sum += intensity;
-    moment += intensity * position;
-  });
+  for (int order = 0; order <= max_order; ++order) {
+    for_each_ray(refractive_index, order, angle_rad, [&](double intensity, double position) {
+      sum += intensity;
+      moment += intensity * position;
+    });
+  }
   return moment / sum;
 }
 
@@ -106,8 +112,7 @@ double sphere_throughput(double refractive_index, int order, double impact) {
 }
 
 double sphere_scattering_angle_rad(double refractive_index, int order, double impact) {
-  const double i = std::asin(impact), r = std::asin(impact / refractive_index);
-  const double deviation = order == 0 ? pi - 2 * i : 2 * i - 2 * order * r + (order - 1) * pi;
+  const double deviation = sphere_deviation_rad(refractive_index, order, std::asin(impact));
   return std::abs(std::remainder(deviation, 2 * pi));
 }
 

@@ -14,6 +14,9 @@ namespace pluvia {
 // Share of the power, mean of s and p.
 double sphere_throughput(double refractive_index, int order, double impact);
 
+// Of a ray, not folded: D_p above. incidence_rad in [0, pi / 2].
+double sphere_deviation_rad(double refractive_index, int order, double incidence_rad);
+
 // Scattering angle folded to [0, pi]: 0 is forward.
 double sphere_scattering_angle_rad(double refractive_index, int order, double impact);
 
@@ -23,9 +26,12 @@ double sphere_energy(double refractive_index, int order);
 // Scattering angle of the rainbow of order p >= 2: cos^2 i = (n^2 - 1) / (p^2 - 1).
 double sphere_rainbow_rad(double refractive_index, int order);
 
-// (d sigma / d Omega) / (pi a^2) [1/sr], orders 0 .. max_order together, at a scattering angle in
-// (0, pi): sum over the rays of throughput b / (pi sin angle |d angle / d b|). No bound toward a
-// rainbow, 0 and pi; to 1e-9 away from them.
+// (d sigma / d Omega) / (pi a^2) [1/sr] of one order at a scattering angle in (0, pi): sum over the
+// rays of throughput b / (pi sin angle |d angle / d b|). No bound toward a rainbow, 0 and pi; to
+// 1e-9 away from them.
+double sphere_order_intensity(double refractive_index, int order, double angle_rad);
+
+// The same, orders 0 .. max_order together,.
 double sphere_intensity(double refractive_index, int max_order, double angle_rad);
 
 // The intensity averaged over a light's cone about scattering angle `centre`, per unit irradiance
