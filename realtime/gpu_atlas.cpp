@@ -11,11 +11,13 @@ bool holds_sky(int kept_cells, int cells) {
   return kept_cells == cells || (kept_cells == 1 && cells == 0);
 }
 
-// The greatest value of the pictures under a point light; 1e-30 for an atlas that is black.
+// The greatest value of the pictures under a point light; 1e-30 for an atlas that is black, or has
+// none.
 double brightest_per_lux(const StreakAtlas& atlas) {
   float brightest = 1e-30F;
   for (const AtlasLayer& layer : atlas.layers) {
-    for (const float value : layer.point.at(0).values) brightest = std::max(brightest, value);
+    if (layer.point.empty()) continue;
+    for (const float value : layer.point.front().values) brightest = std::max(brightest, value);
   }
   return static_cast<double>(brightest);
 }
@@ -25,11 +27,12 @@ double brightest_per_lux(const StreakAtlas& atlas) {
 std::shared_ptr<const GpuSums> upload_sums(const StreakAtlas& atlas, const LevelRange& levels,
                                            int sky_cells, std::shared_ptr<const GpuSums> kept) {
   if (kept && kept->levels.finest <= levels.finest && kept->levels.coarsest >= levels.coarsest &&
-      holds_sky(kept->sky_cells, sky_cells))
+      kept->lights == atlas.lights.size() && holds_sky(kept->sky_cells, sky_cells))
     return kept;
   CumulativeAtlas cumulative = cumulative_atlas(atlas, levels, sky_cells);
   auto made = std::make_shared<GpuSums>();
   made->levels = levels;
+  made->lights = atlas.lights.size();
   made->sky_cells = sky_cells;
   made->sums = make_folded_array(GL_R32F, GL_RED, 1, sums_width, sums_height, cumulative.sums);
   made->bytes = (cumulative.sums.size() + cumulative.sky_sums.size()) * sizeof(float);
@@ -45,11 +48,14 @@ std::shared_ptr<const GpuSums> upload_sums(const StreakAtlas& atlas, const Level
 std::shared_ptr<const GpuProfiles> upload_profiles(const StreakAtlas& atlas, int first,
                                                    int sky_cells,
                                                    std::shared_ptr<const GpuProfiles> kept) {
-  if (kept && kept->first == first && holds_sky(kept->sky_cells, sky_cells)) return kept;
+  if (kept && kept->first == first && kept->lights == atlas.lights.size() &&
+      holds_sky(kept->sky_cells, sky_cells))
+    return kept;
   StreakProfiles profiles = streak_profiles(atlas, first, sky_cells);
   auto made = std::make_shared<GpuProfiles>();
   made->first = profiles.first;
   made->levels = profiles.levels;
+  made->lights = atlas.lights.size();
   made->brightest_per_lux = brightest_per_lux(atlas);
   made->sky_cells = sky_cells;
   made->profiles =

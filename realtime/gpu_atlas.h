@@ -16,6 +16,7 @@ constexpr int sums_width = 4096, sums_height = 1024;  // a layer of a long array
 
 struct GpuSums {  // realtime/cumulative_atlas.h
   LevelRange levels = {};
+  std::size_t lights = 0;   // cells
   int sky_cells = 0;        // realtime/cumulative_atlas.h
   GlTexture sums = {};      // R32F, one long array folded into layers
   GlTexture sky_sums = {};  // RGBA32F, of harmonics
@@ -26,8 +27,10 @@ struct GpuSums {  // realtime/cumulative_atlas.h
 
 struct GpuProfiles {  // realtime/streak_profiles.h
   int first = 0, levels = 0;
+  std::size_t lights = 0;
   int sky_cells = 0;
-  double brightest_per_lux = 0;  // greatest value of the pictures under a point light
+  double brightest_per_lux = 0;  // greatest value of the pictures under a point light;
+                                 // 1e-30 where they are black, or none
   GlTexture profiles = {};       // RGBA32F, folded alike
   GlBuffer spans = {};
 };
@@ -38,7 +41,8 @@ struct GpuAtlas {  // what a pass has made of it; nullptr: nothing
 };
 
 // What is kept where it has all that is asked for (nullptr: nothing is kept), else a new one. kept
-// must be of the same atlas. Throw as cumulative_atlas and streak_profiles do.
+// must be of the same atlas, or of its coverage alone (realtime/rain_look.h). Throw as
+// cumulative_atlas and streak_profiles do.
 std::shared_ptr<const GpuSums> upload_sums(const StreakAtlas& atlas, const LevelRange& levels,
                                            int sky_cells, std::shared_ptr<const GpuSums> kept);
 std::shared_ptr<const GpuProfiles> upload_profiles(const StreakAtlas& atlas, int first,

@@ -68,7 +68,8 @@ int coarsest_level(const StreakAtlas& atlas);
 int finest_level_needed(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
 
 // To which degree streaks see the environment: what the options ask for, or the atlas's harmonics
-// where they end below it; 0, its mean from everywhere, where the atlas has none.
+// where they end below it; 0, its mean from everywhere, where the atlas has none. A look that is
+// not traced has harmonics of its own.
 int sky_degree(const StreakAtlas& atlas, const RenderOptions& options);
 
 // Cells of the atlas that a streak mixes for the sky: none in the dark, 1 for a uniform one, else

@@ -43,7 +43,8 @@ enum Binding : GLuint {
   shadow_views_at,
   profile_spans_at,
   splat_sums_at,
-  splat_overflow_at
+  splat_overflow_at,
+  transfer_rings_at
 };
 
 enum TextureUnit : GLuint {
@@ -78,6 +79,7 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"BILLBOARD_LIGHTS", std::to_string(most_billboard_lights)},
                        {"SPLAT_LIGHTS", std::to_string(splat_lights)},
                        {"SPLAT_STEPS", std::to_string(splat_steps)}};
+  all.merge(look_defines(pass.look));
   const std::pair<const char*, GLuint> bindings[] = {
       {"RAIN_UNIFORMS", uniforms_at},
       {"GROUP_STARTS", group_starts_at},
@@ -108,6 +110,7 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
       {"PROFILE_SPANS", profile_spans_at},
       {"SPLAT_SUMS", splat_sums_at},
       {"SPLAT_OVERFLOW", splat_overflow_at},
+      {"TRANSFER", transfer_rings_at},
       {"POINT_PICTURES", point_pictures_at},
       {"ENVIRONMENT_PICTURES", environment_pictures_at},
       {"COVERAGE_PICTURES", coverage_pictures_at}};
@@ -115,25 +118,12 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
   return all;
 }
 
-void bind_inputs(const RainPass& pass) {
-  glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniform_buffer.id());
-  bind_storage(group_starts_at, pass.group_starts);
-  bind_storage(streaks_at, pass.streaks);
-  bind_storage(lit_streaks_at, pass.lit_streaks);
-  bind_storage(lights_at, pass.lights);
+// What only streaks of one look or another are lit by.
+void bind_light(const RainPass& pass) {
+  if (pass.look.transfer.id()) bind_storage(transfer_rings_at, pass.look.transfer);
+  if (pass.look.sky.id()) bind_storage(sky_at, pass.look.sky);
+  if (!pass.look.traced()) return;
   bind_storage(atlas_layers_at, pass.atlas_layers);
-  bind_storage(atlas_views_at, pass.atlas_views);
-  bind_storage(atlas_spans_at, pass.atlas->spans);
-  if (!pass.splat.empty()) {
-    bind_storage(profile_spans_at, pass.splat.atlas->spans);
-    bind_storage(splat_sums_at, pass.splat.sums);
-    bind_storage(splat_overflow_at, pass.splat.overflow);
-    glBindTextureUnit(profiles_at, pass.splat.atlas->profiles.id());
-  }
-  bind_storage(sizes_at, pass.size_buffer);
-  bind_storage(groups_at, pass.group_buffer);
-  bind_storage(top_heights_at, pass.top_heights);
-  if (pass.densities.id()) bind_storage(densities_at, pass.densities);
   if (pass.taps > 1) {
     bind_storage(light_rows_at, pass.light_rows);
     bind_storage(light_entries_at, pass.light_entries);
@@ -147,6 +137,27 @@ void bind_inputs(const RainPass& pass) {
     bind_storage(sky_streaks_at, pass.sky_streaks);
     glBindTextureUnit(sky_sums_at, pass.atlas->sky_sums.id());
   }
+}
+
+void bind_inputs(const RainPass& pass) {
+  glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniform_buffer.id());
+  bind_storage(group_starts_at, pass.group_starts);
+  bind_storage(streaks_at, pass.streaks);
+  bind_storage(lit_streaks_at, pass.lit_streaks);
+  bind_storage(lights_at, pass.lights);
+  bind_storage(atlas_views_at, pass.atlas_views);
+  bind_storage(atlas_spans_at, pass.atlas->spans);
+  if (!pass.splat.empty()) {
+    bind_storage(profile_spans_at, pass.splat.atlas->spans);
+    bind_storage(splat_sums_at, pass.splat.sums);
+    bind_storage(splat_overflow_at, pass.splat.overflow);
+    glBindTextureUnit(profiles_at, pass.splat.atlas->profiles.id());
+  }
+  bind_storage(sizes_at, pass.size_buffer);
+  bind_storage(groups_at, pass.group_buffer);
+  bind_storage(top_heights_at, pass.top_heights);
+  if (pass.densities.id()) bind_storage(densities_at, pass.densities);
+  bind_light(pass);
   glBindTextureUnit(sums_at, pass.atlas->sums.id());
 }
 
@@ -226,6 +237,7 @@ StreakCounts sum_groups(const RainPass& pass) {
 }
 
 std::size_t lit_per_streak(const RainPass& pass) {  // rain_streaks.glsl
+  if (!pass.look.traced()) return 1;
   return static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps + (pass.sky_cells == 1));
 }
 
@@ -278,35 +290,11 @@ std::string lens_note(const Camera& camera, bool billboards) {
                      largest_circle_px(camera));
 }
 
-}  // namespace
-
-RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
-                        const RenderOptions& options, const SkyLight& sky,
-                        const ScenePass& surfaces, const ShadowPass& shadows,
-                        const GpuAtlas& kept) {
-  check_rain_inputs(scene, atlas, options);
-  RainPass pass;
-  pass.origin_m = scene.camera.position_m;
-  pass.space = &space;
-  pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
-  pass.uniforms = rain_uniforms(scene, atlas, options);
-  pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
-  pass.uniforms.environment = to_glm(mean_radiance(sky), 0);
-  pass.sky_cells = sky_cells(sky);
-  pass.notes = sky_notes(scene, atlas, options, sky);
-  pass.atlas =
-      upload_sums(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z},
-                  pass.sky_cells, kept.sums);
-  if (pass.sky_cells > 1) pass.sky = make_buffer(gpu_sky(sky, space));
-  if (!scene.rain.density.share.empty())
-    pass.densities = upload_values("rain: the texels of the density map", scene.rain.density.share);
-  pass.top_heights = upload_values("rain: top heights", gpu_top_heights(space));
-  pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
-  pass.size_buffer = make_buffer(pass.sizes);
-  pass.lights = make_buffer(gpu_lights(scene, shadows.slots));
+// What traced streaks are lit by, beside the atlas's sums.
+void make_traced_light(const StreakAtlas& atlas, const RenderOptions& options, const SkyLight& sky,
+                       RainPass& pass) {
+  if (pass.sky_cells > 1) pass.sky = make_buffer(gpu_sky(sky, *pass.space));
   pass.atlas_layers = make_buffer(mirrored_layers(atlas));
-  pass.atlas_views = make_buffer(atlas_views(atlas));
-  pass.view_taps = options.lookup == LookupMode::nearest ? 1 : 2;
   if (options.lookup == LookupMode::trilinear) {
     pass.taps = 4;
     pass.light_rows = make_buffer(gpu_light_rows(atlas));
@@ -315,6 +303,41 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
     pass.light_candidates = make_buffer(light_candidates(light_vectors(atlas)));
   }
+}
+
+}  // namespace
+
+RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& whole_atlas,
+                        const RenderOptions& options, const SkyLight& sky,
+                        const ScenePass& surfaces, const ShadowPass& shadows,
+                        const GpuAtlas& kept) {
+  check_rain_inputs(scene, whole_atlas, options);
+  RainPass pass;
+  pass.look = make_rain_look(scene, options, sky);
+  const StreakAtlas dark = pass.look.traced() ? StreakAtlas() : coverage_alone(whole_atlas);
+  const StreakAtlas& atlas = pass.look.traced() ? whole_atlas : dark;
+  pass.origin_m = scene.camera.position_m;
+  pass.space = &space;
+  pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
+  pass.uniforms = rain_uniforms(scene, atlas, options);
+  pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
+  pass.uniforms.environment = to_glm(mean_radiance(sky), 0);
+  // A streak lets so much through that others hide less of those behind them, too.
+  pass.uniforms.air.y *= static_cast<float>(1 - pass.look.background_share);
+  pass.sky_cells = pass.look.traced() ? sky_cells(sky) : 0;
+  pass.notes = pass.look.traced() ? sky_notes(scene, atlas, options, sky) : look_notes(pass.look);
+  pass.atlas =
+      upload_sums(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z},
+                  pass.sky_cells, kept.sums);
+  if (!scene.rain.density.share.empty())
+    pass.densities = upload_values("rain: the texels of the density map", scene.rain.density.share);
+  pass.top_heights = upload_values("rain: top heights", gpu_top_heights(space));
+  pass.uniform_buffer = make_buffer(&pass.uniforms, sizeof(pass.uniforms));
+  pass.size_buffer = make_buffer(pass.sizes);
+  pass.lights = make_buffer(gpu_lights(scene, shadows.slots));
+  pass.atlas_views = make_buffer(atlas_views(atlas));
+  pass.view_taps = options.lookup == LookupMode::nearest ? 1 : 2;
+  if (pass.look.traced()) make_traced_light(atlas, options, sky, pass);
   pass.quads = make_quads(pass.quad_indices);
   pass.sum = make_texture(GL_RGBA32F, surfaces.width, surfaces.height);
   pass.coverage = make_texture(GL_R32F, surfaces.width, surfaces.height);
@@ -333,7 +356,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     return pass;
   }
   SplatUniforms splat;
-  pass.splat = make_rain_splat(scene, atlas, options, pass.sky_cells, kept.profiles, splat);
+  pass.splat =
+      make_rain_splat(scene, atlas, options, pass.look, pass.sky_cells, kept.profiles, splat);
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
   pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
@@ -418,6 +442,8 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: rows of lights", pass.light_rows);
   plan.add("atlas: lights of rows", pass.light_entries);
   plan.add("atlas: lights by direction", pass.light_candidates);
+  plan.add("transfer function", pass.look.transfer);
+  plan.add("sky as spheres see it", pass.look.sky);
   plan.add("sky", pass.sky);
   plan.add("sky of streaks", pass.sky_streaks);
   plan.add("atlas: spans of the sky", pass.atlas->sky_spans);

@@ -16,6 +16,7 @@
 #include "realtime/gl_objects.h"
 #include "realtime/gpu_atlas.h"
 #include "realtime/rain_inputs.h"
+#include "realtime/rain_look.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/rain_splat.h"
 #include "realtime/scene_pass.h"
@@ -50,9 +51,10 @@ struct RainPass {
   bool lens = false;                    // streaks are out of focus
   int taps = 1;                         // lit records of a streak and light
   std::vector<std::string> notes = {};  // what the plan should say
-  int sky_cells = 0;        // of the sky, that a streak mixes: none, uniform, or its harmonics
-  int view_taps = 2;        // views that a streak mixes
-  GlTexture sum = {};       // of all streaks: RGBA32F, weighted radiance and tau
+  RainLook look = {};
+  int sky_cells = 0;   // of the atlas and sky, that a streak mixes: none, uniform, or harmonics
+  int view_taps = 2;   // views that a streak mixes
+  GlTexture sum = {};  // of all streaks: RGBA32F, weighted radiance and tau
   GlTexture coverage = {};  // R32F, weighted coverage
   GlTexture seen = {};      // RGBA32F: what they add to the picture (realtime/composite_pass.h)
   GlFramebuffer target = {};

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,10 @@ namespace pluvia {
 // measure against.
 enum class RainPath { streaks, billboards_2010 };
 
+// How light gets into a streak (realtime/rain_look.h): as traced; as into a sphere; the same as
+// Wang et al. published it in 2006; or each streak as bright as another.
+enum class Look { traced, sphere, sphere_published, white };
+
 struct RenderOptions {
   RainPath path = RainPath::streaks;  // billboards heed `packets` and `lookup` alone
   // A streak's columns are merged in powers of two as long as they are at most this wide on screen
@@ -49,8 +54,15 @@ struct RenderOptions {
   double far_streaks = 0;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
+  Look look = Look::traced;
+  // Of spheres: the share of the background behind a streak that is added to it, 0 .. 0.99;
+  // nothing: 0.7 as published for sphere_published, else 0.
+  std::optional<double> background_share = {};
+  // Of white streaks: their radiance, 0 .. 1e9; nothing: the camera's white.
+  std::optional<double> streak_cd_m2 = {};
   // To which degree of spherical harmonics streaks see an environment map, 0 .. 8, as far as the
-  // atlas has their pictures: (degree + 1)^2 cells a streak; 0: its mean from everywhere.
+  // atlas has their pictures: (degree + 1)^2 cells a streak; 0: its mean from everywhere. Spheres
+  // see it to degree 3 at most, whatever the atlas has.
   int sky_degree = 3;
 
   bool operator==(const RenderOptions&) const = default;

@@ -38,7 +38,7 @@ std::string why_all_quads(const Camera& camera, std::size_t most_bytes) {
 }
 
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, int sky_cells,
+                          const RenderOptions& options, const RainLook& look, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms) {
   if (!(options.widest_splat_px >= 0 && options.widest_splat_px <= 16))
     throw std::runtime_error(
@@ -54,8 +54,10 @@ RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
   uniforms.splat = {options.widest_splat_px, longest_splat_px, 1 / splat.radiance_quantum_cd_m2,
                     quanta_of_share};
   splat.overflow = make_buffer(nullptr, sizeof(GLuint));
-  uniforms.most.x = static_cast<float>(most_streak_quanta * splat.radiance_quantum_cd_m2 /
-                                       splat.atlas->brightest_per_lux);
+  const double brightest_per_lux =
+      look.traced() ? splat.atlas->brightest_per_lux : look.brightest_per_lux;
+  uniforms.most.x = static_cast<float>(
+      std::min(1e30, most_streak_quanta * splat.radiance_quantum_cd_m2 / brightest_per_lux));
   uniforms.levels = {splat.atlas->first, splat.atlas->levels, 0, 0};
   return splat;
 }

@@ -13,6 +13,7 @@
 #include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
 #include "realtime/gpu_atlas.h"
+#include "realtime/rain_look.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/shader.h"
 
@@ -50,10 +51,11 @@ struct SplatUniforms {  // of RainUniforms
 // most_bytes of the sums. Empty: it sees them.
 std::string why_all_quads(const Camera& camera, std::size_t most_bytes);
 
-// Empty where options ask for none, or why_all_quads says so. kept: of an earlier pass of the same
-// atlas. The program comes from the rain pass. Throws std::runtime_error for options out of range.
+// Empty where options ask for none, or why_all_quads says so. atlas: what the look needs of it.
+// kept: of an earlier pass of the same atlas. The program comes from the rain pass. Throws
+// std::runtime_error for options out of range.
 RainSplat make_rain_splat(const Scene& scene, const StreakAtlas& atlas,
-                          const RenderOptions& options, int sky_cells,
+                          const RenderOptions& options, const RainLook& look, int sky_cells,
                           std::shared_ptr<const GpuProfiles> kept, SplatUniforms& uniforms);
 
 void clear_splat(const RainSplat& splat);

@@ -18,6 +18,20 @@ void add_quality(CLI::App& command, QualityFlags& flags) {
       ->check(CLI::IsMember({"nearest", "view-linear", "trilinear"}))
       ->capture_default_str();
   command
+      .add_option("--look", flags.look,
+                  "light in a streak: as traced, as in a sphere, as published in 2006, or none")
+      ->check(CLI::IsMember({"traced", "sphere", "sphere-published", "white"}))
+      ->capture_default_str();
+  command
+      .add_option("--background-share", flags.background_share,
+                  "of spheres: the share of the background that is added to them; default 0, "
+                  "sphere-published 0.7")
+      ->check(finite_range(0, 0.99));
+  command
+      .add_option("--streak-cd-m2", flags.streak_cd_m2,
+                  "radiance of white streaks; default: the scene's white")
+      ->check(finite_range(0, 1e9));
+  command
       .add_option(
           "--sky-degree", flags.sky_degree,
           "spherical harmonics by which streaks see an environment map, as far as the atlas "
@@ -43,9 +57,16 @@ RenderOptions render_options(const QualityFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
+  const std::map<std::string, Look> looks = {{"traced", Look::traced},
+                                             {"sphere", Look::sphere},
+                                             {"sphere-published", Look::sphere_published},
+                                             {"white", Look::white}};
   return {.far_streaks = flags.far_streaks,
           .packets = {.scheme = schemes.at(flags.packets)},
           .lookup = lookups.at(flags.lookup),
+          .look = looks.at(flags.look),
+          .background_share = flags.background_share,
+          .streak_cd_m2 = flags.streak_cd_m2,
           .sky_degree = flags.sky_degree};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -11,7 +12,8 @@
 namespace pluvia {
 
 struct QualityFlags {  // of a frame
-  std::string lookup = "view-linear", packets = "automatic";
+  std::string lookup = "view-linear", look = "traced", packets = "automatic";
+  std::optional<double> background_share = {}, streak_cd_m2 = {};
   int sky_degree = RenderOptions{}.sky_degree;
   double far_streaks = RenderOptions{}.far_streaks;
 };

@@ -27,6 +27,11 @@ struct Flattener {
       source.text += fmt::format("#define {} {}\n", name, value);
   }
 
+  std::string defined(const std::string& name) const {
+    const auto define = defines.find(name);
+    return define == defines.end() ? name : define->second;
+  }
+
   void append(const std::string& name, const std::string& asked_at) {
     if (!included.insert(name).second) return;
     const auto file = files.find(name);
@@ -41,14 +46,15 @@ struct Flattener {
   }
 
   void append_lines(const std::string& text, std::size_t number) {
-    static const std::regex include(R"re(\s*#include\s+"([^"]+)"\s*)re");
+    static const std::regex include(R"re(\s*#include\s+(?:"([^"]+)"|([A-Z_]+))\s*)re");
     std::istringstream lines(text);
     std::string line;
     for (std::size_t i = 1; std::getline(lines, line); ++i) {
       std::smatch match;
       const bool version = line.starts_with("#version");
       if (std::regex_match(line, match, include))
-        append(match[1], fmt::format("{}:{}", source.files[number], i));
+        append(match[1].matched ? match[1].str() : defined(match[2]),
+               fmt::format("{}:{}", source.files[number], i));
       else if (version)
         source.text += line + "\n", append_defines();
       else

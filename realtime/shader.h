@@ -22,7 +22,8 @@ struct ShaderSource {
   std::vector<std::string> files = {};  // by what #line says
 };
 
-// The file with every #include "NAME" replaced by that file (once each), #line directives that
+// The file with every #include "NAME" replaced by that file (once each), #include NAME by the file
+// that the define of that name names, #line directives that
 // number the files, and the defines after #version. Throws std::runtime_error
 // "realtime/shaders/NAME:LINE: ..." for a missing file.
 ShaderSource flatten_shader(const std::string& name, const ShaderDefines& defines,

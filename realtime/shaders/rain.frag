@@ -158,8 +158,10 @@ vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, v
   ivec4 span = atlas_spans[level_of(streak) * counts.w + view];  // base, texels, cell stride, columns
   RowRange range = row_range(rows, streak, view, span.y);
   int cells = cells_per_layer(), pitch = span.y + 3;
-  int plain = span.x + column * pitch, mirrored = span.x + (span.w - 1 - column) * pitch;
+  int plain = span.x + column * pitch;
   vec4 sum = vec4(0);
+#if TRACED
+  int mirrored = span.x + (span.w - 1 - column) * pitch;
   int lit_first = streak_index * lit_per_streak();
   for (int i = 0; i < lit_per_streak(); ++i) {
     LitStreak lit = lit_streaks[lit_first + i];
@@ -169,6 +171,7 @@ vec4 column_sum(Streak streak, vec2 rows, int column, int view, Across across, v
     sum.rgb += vec3(lit.red, lit.green, lit.blue) *
                cell_value(range, across, strip, first, span.y, flip);
   }
+#endif
 #if SKY_CELLS > 1
   sum.rgb += sky_sum(streak, range, column, view, across, strip);
 #endif
@@ -242,6 +245,11 @@ void main() {
   // pixel, so float sums come out the same whatever the number of threads.
   float weight = mean_field_weight(streak.depth_m);
   sum.a = max(sum.a, 0.0);  // differences of sums may round below
+#if !TRACED
+  LitStreak lit = lit_streaks[streak_index];
+  sum.rgb = sum.a * vec3(lit.red, lit.green, lit.blue);
+  sum.a *= float(HIDDEN_SHARE);
+#endif
   radiance_and_tau = vec4(weight * sum.rgb, optical_depth(sum.a, streak.counts_for));
   weighted_coverage = weight * covered(sum.a, streak.counts_for);
 }

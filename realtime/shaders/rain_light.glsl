@@ -1,17 +1,9 @@
-// How a streak is lit: for each light of the scene, cells of the atlas with weights in lux, by the
-// rule of atlas/atlas_lookup.h.
-#include "rain_placement.glsl"
-#include "shadows.glsl"
+// How a traced streak is lit: for each light of the scene, cells of the atlas with weights in lux, by
+// the rule of atlas/atlas_lookup.h.
+#include "rain_shade.glsl"
+#include "rain_views.glsl"
 
 layout(std430, binding = ATLAS_LAYERS) readonly buffer AtlasLayers { int mirrored_layer[]; };
-layout(std430, binding = ATLAS_VIEWS) readonly buffer AtlasViews { vec4 atlas_views[]; };  // x: deg
-
-const float degrees_per_radian = 57.29577951308232;
-
-// Views from below, where the atlas has none of its own, are served by those from above.
-bool flips_views_below() {
-  return atlas_views[0].x >= 0.0;
-}
 
 // A direction in the drop's frame as the database files it (fold_angles of atlas/atlas_lookup.h):
 // azimuth below 0 is the mirrored drop's; where a view from below is served by one from above, the
@@ -102,37 +94,6 @@ void keep_taps(uint first, vec3 lux, Folded folded, int layer) {
 }
 #endif
 
-void choose_views(float elevation_deg, out ivec2 view, out vec2 weight) {
-  int above = 0;
-  while (above < counts.w && atlas_views[above].x <= elevation_deg) ++above;
-  view = ivec2(clamp(above - 1, 0, counts.w - 1), clamp(above, 0, counts.w - 1));
-  weight = vec2(1, 0);
-  if (above == 0 || above == counts.w) return;
-  float low = atlas_views[view.x].x, high = atlas_views[view.y].x;
-  weight.y = (elevation_deg - low) / (high - low);
-#if VIEW_TAPS == 1
-  weight.y = weight.y > 0.5 ? 1.0 : 0.0;
-  if (weight.y == 1.0) view.x = view.y;
-  weight = vec2(1, 0);
-#else
-  weight.x = 1.0 - weight.y;
-#endif
-}
-
-// The mean over the path, at the middles of its quarters.
-float path_lit_share(Light light, vec3 middle_m, vec3 path_m) {
-  if (light.more.y < 0.0) return 1.0;
-  float sum = 0.0;
-  for (int k = 0; k < 4; ++k) {
-    vec3 at_m = middle_m + (float(k) - 1.5) / 4.0 * path_m;
-    Illumination lit = illumination(light, at_m);
-    // Two texels toward the light: a surface that the drop is about to hit does not shade it.
-    float texel_m = light.more.w * (light.place.w == 0.0 ? 1.0 : lit.distance_m);
-    sum += lit_share(light, at_m + camera_m.xyz + 2.0 * texel_m * lit.toward, lit.toward);
-  }
-  return sum / 4.0;
-}
-
 #if SKY_CELLS > 1
 #include "rain_sky.glsl"
 
@@ -151,15 +112,4 @@ void keep_light(uint first, Light light, Drop drop, Placement placed, float tran
   vec3 path_m = size.times.x * size.velocity_m_s.xyz;
   vec3 lux = transmitted * path_lit_share(light, placed.middle_m, path_m) * lit.lux;
   keep_taps(first, lux, fold(lit.toward, placed.frame), drop.layer);
-}
-
-float view_elevation_deg(Placement placed) {
-  // atan: a driver's asin may err by 5e-4.
-  return degrees_per_radian * atan(placed.frame.sin_view, placed.frame.cos_view);
-}
-
-// The views that a streak mixes; weights with what the picture's values count.
-void streak_views(Drop drop, float view_deg, out ivec2 view, out vec2 weight) {
-  choose_views(flips_views_below() ? abs(view_deg) : view_deg, view, weight);
-  weight *= rain_sizes[drop.size].times.z * drop.counts_for;
 }

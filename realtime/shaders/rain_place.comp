@@ -1,8 +1,8 @@
 #version 450 core
 // One record per visible streak that rain_splat.comp has not drawn, in order of the groups, and one
-// per streak and cell that lights it.
+// per streak and cell that lights it; where it is not traced, one with its radiance.
 #include "rain_group.glsl"
-#include "rain_light.glsl"
+#include STREAK_LIGHT
 #include "rain_rank.glsl"
 #include "rain_streaks.glsl"
 
@@ -17,6 +17,23 @@ layout(std430, binding = SKY_STREAKS) writeonly buffer SkyStreaks { SkyOfStreak 
 
 void keep_lit(uint place, vec3 light, uint cell) {
   lit_streaks[place] = LitStreak(light.r, light.g, light.b, cell);
+}
+
+void write_light(uint place, Drop drop, Placement placed) {
+#if TRACED
+  float transmitted = exp(-air.x * length(placed.middle_m));
+  uint first = place * uint(lit_per_streak());
+  for (uint i = 0u; i < uint(counts.y); ++i)
+    keep_light(first + i * TAPS, lights[i], drop, placed, transmitted);
+#if SKY_CELLS == 1
+  keep_lit(first + uint(counts.y) * TAPS, transmitted * environment.rgb,
+           cell_of(uint(counts.z), false, drop.layer));
+#elif SKY_CELLS > 1
+  sky_streaks[place] = sky_of(drop, placed.frame, transmitted);
+#endif
+#else
+  keep_lit(place, streak_radiance(drop, placed), 0u);
+#endif
 }
 
 int choose_level(vec2 column_px, vec2 row_px, float widest_px) {
@@ -40,18 +57,9 @@ void write_streak(uint place, Drop drop, Placement placed) {
 #endif
   streak.level_layer = drop.layer << 8 | choose_level(placed.column_px, placed.row_px, widest_px);
   streak.counts_for = drop.counts_for;
-  float transmitted = exp(-air.x * length(placed.middle_m));
   streak_views(drop, streak.view_elevation_deg, streak.view, streak.view_weight);
   streaks[place] = streak;
-  uint first = place * uint(lit_per_streak());
-  for (uint i = 0u; i < uint(counts.y); ++i)
-    keep_light(first + i * TAPS, lights[i], drop, placed, transmitted);
-#if SKY_CELLS == 1
-  keep_lit(first + uint(counts.y) * TAPS, transmitted * environment.rgb,
-           cell_of(uint(counts.z), false, drop.layer));
-#elif SKY_CELLS > 1
-  sky_streaks[place] = sky_of(drop, placed.frame, transmitted);
-#endif
+  write_light(place, drop, placed);
 }
 
 void main() {

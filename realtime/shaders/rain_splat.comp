@@ -19,9 +19,9 @@
 // bright streaks are left to quads; where a value or a sum is beyond 2^30 quanta all the same,
 // splat_overflow says so, and the frame is drawn by quads alone.
 #include "rain_group.glsl"
-#include "rain_light.glsl"
 #include "rain_picture.glsl"
 #include "rain_rank.glsl"
+#include STREAK_LIGHT
 
 layout(local_size_x = GROUP_SIZE) in;
 layout(std430, binding = GROUP_STARTS) writeonly buffer GroupCounts { uint group_counts[]; };
@@ -40,6 +40,9 @@ const float joined_px = 0.1;  // 0.3 errs by 0.047 in far rain, 0.1 by 0.0095, a
 const int whole = 0, left_half = 1, right_half = 2;  // of a streak: what a line stands for
 const float half_place = 0.2;  // across a cell, from its middle: where a half's line is
 
+int profile_cells() { return counts.z + SKY_CELLS + 1; }
+
+#if TRACED
 // Lights are taken SPLAT_LIGHTS at a time; each has TAPS cells of the atlas. The sky comes last,
 // coverage by itself.
 struct Lit {
@@ -49,12 +52,13 @@ struct Lit {
 Lit lits[SPLAT_LIGHTS * TAPS + SKY_CELLS];
 int lit_count;
 
-int profile_cells() { return counts.z + SKY_CELLS + 1; }
-
 void keep_lit(uint place, vec3 lux, uint cell) {
   int of_view = int(cell >> 16) * profile_cells() + int(cell >> 1 & 0x7fffu);
   lits[place] = Lit(lux, of_view << 1 | int(cell & 1u));
 }
+#else
+vec3 radiance;  // of all of the streak that this thread walks
+#endif
 
 vec4 profile(int i) {
   return texelFetch(profiles, ivec3(i & SUMS_WIDTH - 1, i / SUMS_WIDTH & SUMS_HEIGHT - 1,
@@ -102,26 +106,35 @@ vec3 flux_before(ivec4 span, int cell, bool mirrored, int part, Place place) {
 }
 
 // What a part of a streak has before a row: light, the same of red, green and blue together as
-// flux_before has it, and coverage.
+// flux_before has it, and coverage. Without TRACED light goes with coverage.
 struct Before {
-  vec3 light, grey, coverage;
+#if TRACED
+  vec3 light, grey;
+#endif
+  vec3 coverage;
 };
 
 void add_before(ThinStreak streak, int view, float weight, float row, inout Before sum) {
   ivec4 span = profile_spans[streak.level * counts.w + view];
   Place place = place_of(streak, view, row, span);
+#if TRACED
   for (int i = 0; i < lit_count; ++i) {
     vec3 flux = flux_before(span, lits[i].cell >> 1, (lits[i].cell & 1) != 0, streak.part, place);
     vec3 light = weight * lits[i].weight;
     sum.light += flux.x * light;
     sum.grey += (light.r + light.g + light.b) * flux;
   }
+#endif
   if (streak.covers)
     sum.coverage += weight * flux_before(span, coverage_cell(streak), false, streak.part, place);
 }
 
 Before before_row(ThinStreak streak, float row) {
+#if TRACED
   Before sum = Before(vec3(0), vec3(0), vec3(0));
+#else
+  Before sum = Before(vec3(0));
+#endif
   add_before(streak, streak.view.x, streak.view_weight.x, row, sum);
   if (streak.view_weight.y > 0.0)
     add_before(streak, streak.view.y, streak.view_weight.y, row, sum);
@@ -225,13 +238,19 @@ void lay_down(Line line, float from, float to, Before before, Before after) {
   float middle = 0.5 * (from + to);
   float at = line.start[line.beside] + middle * line.row[line.beside];
   float slant_px = abs(line.row[line.beside]) * (to - from);
+  vec3 cover = after.coverage - before.coverage;
+  Box covered = box_of(at, line.middle, slant_px, cover, line.px_per_cell);
+#if TRACED
   vec3 light = line.area_px * (after.light - before.light);
 #if SKY_CELLS > 1
   light = max(light, vec3(0));  // raytrace/sky_light.h
 #endif
-  vec3 cover = after.coverage - before.coverage;
   Box lit = box_of(at, line.middle, slant_px, after.grey - before.grey, line.px_per_cell);
-  Box covered = box_of(at, line.middle, slant_px, cover, line.px_per_cell);
+#else
+  vec3 light = line.area_px * max(cover.x, 0.0) * radiance;
+  Box lit = covered;
+  cover.x *= float(HIDDEN_SHARE);
+#endif
   float low = min(lit.centre - lit.half_length, covered.centre - covered.half_length);
   float high = max(lit.centre + lit.half_length, covered.centre + covered.half_length);
   // No streak is wider: only a bound of the loop.
@@ -281,6 +300,7 @@ int profile_level(Placement placed) {
   return int(clamp(level - float(splat_levels.x), 0.0, float(splat_levels.y - 1)));
 }
 
+#if TRACED
 void keep_sky(Drop drop, Placement placed, float transmitted) {
 #if SKY_CELLS == 1
   keep_lit(uint(lit_count), transmitted * environment.rgb,
@@ -291,6 +311,21 @@ void keep_sky(Drop drop, Placement placed, float transmitted) {
     keep_lit(uint(lit_count + i), sky_seen[i], cell_of(uint(counts.z + i), false, drop.layer));
 #endif
   lit_count += SKY_CELLS;
+}
+#endif
+
+void walk_parts(ThinStreak streak, Placement placed) {
+  bool joined = abs(line_of(placed, whole).px_per_cell) <= joined_px;
+#if LENS
+  Line middle = line_of(placed, whole);
+  float slant = middle.row[middle.beside] / middle.row[middle.along];
+  float circle = circle_px(depth_m);
+  lens_variance_px2 = 0.25 * circle * circle * (1.0 + slant * slant);
+#endif
+  for (int part = joined ? whole : left_half; part <= (joined ? whole : right_half); ++part) {
+    streak.part = part;
+    walk(streak, line_of(placed, part));
+  }
 }
 
 void splat_streak(Drop drop, Placement placed, uint place) {
@@ -303,6 +338,7 @@ void splat_streak(Drop drop, Placement placed, uint place) {
   depth_m = placed.depth_m;
   counts_for = drop.counts_for;
   rounding_key = drop_groups[drop_group_index()].drops.x ^ 0x9e3779b9u * (place + 1u);
+#if TRACED
   float transmitted = exp(-air.x * length(placed.middle_m));
   for (int begin = 0; begin == 0 || begin < counts.y; begin += SPLAT_LIGHTS) {
     int taken = min(counts.y - begin, SPLAT_LIGHTS);
@@ -311,18 +347,13 @@ void splat_streak(Drop drop, Placement placed, uint place) {
     lit_count = taken * TAPS;
     if (begin == 0) keep_sky(drop, placed, transmitted);
     streak.covers = begin == 0;
-    bool joined = abs(line_of(placed, whole).px_per_cell) <= joined_px;
-#if LENS
-    Line middle = line_of(placed, whole);
-    float slant = middle.row[middle.beside] / middle.row[middle.along];
-    float circle = circle_px(depth_m);
-    lens_variance_px2 = 0.25 * circle * circle * (1.0 + slant * slant);
-#endif
-    for (int part = joined ? whole : left_half; part <= (joined ? whole : right_half); ++part) {
-      streak.part = part;
-      walk(streak, line_of(placed, part));
-    }
+    walk_parts(streak, placed);
   }
+#else
+  radiance = streak_radiance(drop, placed);
+  streak.covers = true;
+  walk_parts(streak, placed);
+#endif
 }
 
 void main() {

@@ -13,7 +13,8 @@ struct Streak {
 };
 const float no_streak = 0.0;
 
-// One cell that lights a streak: of a light, in lux, or of the uniform sky, in cd/m^2.
+// One cell that lights a streak: of a light, in lux, or of the uniform sky, in cd/m^2. Of a streak
+// that is not traced, its radiance in cd/m^2.
 struct LitStreak {
   float red, green, blue;
   uint cell;  // layer << 16 | cell of the atlas << 1 | mirrored
@@ -22,7 +23,9 @@ struct LitStreak {
 // Per streak: TAPS for each light of the scene, then one for a uniform sky. A sky of more cells has
 // its harmonics beside them (rain_sky.glsl).
 const int uniform_sky = SKY_CELLS == 1 ? 1 : 0;
+#if TRACED
 int lit_per_streak() { return counts.y * TAPS + uniform_sky; }
+#endif
 
 // Cells of an atlas layer among the sums: its lights, the uniform sky's, coverage last.
 int cells_per_layer() { return counts.z + uniform_sky + 1; }

@@ -12,7 +12,8 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 environment;  // radiance in cd/m^2, of a sky that is the same from everywhere
   vec4 air;          // extinction in 1/m where drops are drawn: of the fog, of the drops; depth where
                      // those begin
-  ivec4 counts;      // oscillation sets, lights of the scene, lights of the atlas, views
+  ivec4 counts;      // oscillation sets; lights of the scene, of the atlas (0 where it is not looked up);
+                     // views
   ivec4 sizes;       // groups of drops, finest level, coarsest level, streaks drawn
   vec4 splat;        // thin streaks: widest cell and longest path in px; quanta of 1 cd/m^2, of 1
   vec4 splat_most;     // illuminance in lux of the brightest streak; of the lens (rain_lens.glsl)

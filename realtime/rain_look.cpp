@@ -1,0 +1,115 @@
+#include "realtime/rain_look.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <glm/vec4.hpp>
+
+#include "raytrace/sphere_transfer.h"
+#include "realtime/rain_inputs.h"
+#include "realtime/to_glm.h"
+
+namespace pluvia {
+namespace {
+
+bool is_sphere(Look look) {
+  return look == Look::sphere || look == Look::sphere_published;
+}
+
+SphereTransferOptions transfer_options(Look look) {
+  const bool published = look == Look::sphere_published;
+  return {.averaged_reflectance = published, .single_root = published};
+}
+
+// c_lm k_l, in the world.
+std::vector<glm::vec4> seen_through_sphere(const SphereTransferOptions& options,
+                                           const SkyLight& sky) {
+  const int degree = degree_of(sky);
+  const std::vector<double> harmonics = transfer_harmonics(options, degree);
+  std::vector<glm::vec4> values;
+  for (int l = 0; l <= degree; ++l) {
+    for (Eigen::Index i = l * l; i < (l + 1) * (l + 1); ++i)
+      values.push_back(
+          to_glm(harmonics[static_cast<std::size_t>(l)] * sky.coefficients.row(i).transpose(), 0));
+  }
+  return values;
+}
+
+}  // namespace
+
+void check_look(const RenderOptions& options) {
+  if (options.look != Look::traced && options.path == RainPath::billboards_2010)
+    throw std::runtime_error("billboards: a look of spheres or white; expected traced");
+  if (options.background_share && !is_sphere(options.look))
+    throw std::runtime_error("background_share: the look has none; expected a look of spheres");
+  if (options.streak_cd_m2 && options.look != Look::white)
+    throw std::runtime_error("streak_cd_m2: the look has none; expected white");
+  // 1 would hide nothing, and leave the composite no coverage to go by.
+  if (options.background_share &&
+      !(*options.background_share >= 0 && *options.background_share <= 0.99))
+    throw std::runtime_error(
+        fmt::format("background_share = {}; expected 0 .. 0.99", *options.background_share));
+  if (options.streak_cd_m2 && !(*options.streak_cd_m2 >= 0 && *options.streak_cd_m2 <= 1e9))
+    throw std::runtime_error(
+        fmt::format("streak_cd_m2 = {}; expected 0 .. 1e9", *options.streak_cd_m2));
+}
+
+RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const SkyLight& sky) {
+  check_look(options);
+  RainLook look = {.look = options.look};
+  if (look.look == Look::white)
+    look.streak_cd_m2 = options.streak_cd_m2.value_or(scene.camera.white_cd_m2);
+  if (!is_sphere(look.look)) return look;
+  const bool published = look.look == Look::sphere_published;
+  look.background_share =
+      options.background_share.value_or(published ? published_background_share : 0);
+  const std::vector<double> rings = sphere_transfer(transfer_options(look.look), transfer_rings);
+  look.brightest_per_lux = *std::max_element(rings.begin(), rings.end());
+  look.transfer = make_buffer(std::vector<float>(rings.begin(), rings.end()));
+  look.sky_cells = sky_cells(sky);
+  if (look.sky_cells > 0)
+    look.sky = make_buffer(seen_through_sphere(transfer_options(look.look), sky));
+  return look;
+}
+
+StreakAtlas coverage_alone(const StreakAtlas& atlas) {
+  StreakAtlas dark = {.cell_width_px = atlas.cell_width_px,
+                      .levels = atlas.levels,
+                      .diameter_um = atlas.diameter_um,
+                      .mean_radius_m = atlas.mean_radius_m,
+                      .exposure_s = atlas.exposure_s,
+                      .fall_speed_m_s = atlas.fall_speed_m_s,
+                      .pixel_m = atlas.pixel_m,
+                      .database_sha256 = atlas.database_sha256,
+                      .views = atlas.views};
+  for (const AtlasLayer& layer : atlas.layers)
+    dark.layers.push_back({.oscillation = layer.oscillation, .coverage = layer.coverage});
+  return dark;
+}
+
+std::vector<std::string> look_notes(const RainLook& look) {
+  if (look.look == Look::white)
+    return {fmt::format("streaks are white: {:.4g} cd/m2 whatever the light", look.streak_cd_m2)};
+  std::string note = look.look == Look::sphere
+                         ? "streaks shine as spheres do"
+                         : "streaks shine as spheres do, as published in 2006";
+  if (look.sky_cells > 0) note += fmt::format("; the sky in {} harmonics", look.sky_cells);
+  if (look.background_share > 0)
+    note += fmt::format("; with {} of the background behind them", look.background_share);
+  return {note};
+}
+
+ShaderDefines look_defines(const RainLook& look) {
+  if (look.traced()) return {{"TRACED", "1"}, {"STREAK_LIGHT", "rain_light.glsl"}};
+  return {{"TRACED", "0"},
+          {"STREAK_LIGHT", "rain_look.glsl"},
+          {"SPHERE", is_sphere(look.look) ? "1" : "0"},
+          {"TRANSFER_RINGS", std::to_string(transfer_rings)},
+          {"LOOK_HARMONICS", std::to_string(look.sky_cells)},
+          {"STREAK_CD_M2", fmt::format("{:.9e}", look.streak_cd_m2)},
+          {"HIDDEN_SHARE", fmt::format("{:.9e}", 1 - look.background_share)}};
+}
+
+}  // namespace pluvia

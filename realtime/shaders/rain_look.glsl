@@ -1,0 +1,67 @@
+// How a streak is lit that is not traced (realtime/rain_look.h): one radiance for all of it. As a
+// sphere, raytrace/sphere_transfer.h:
+//   sum over lights E D(angle) + sum_lm c_lm k_l Y_lm(from the eye to the drop)
+#include "rain_views.glsl"
+#if SPHERE
+#include "rain_shade.glsl"
+
+layout(std430, binding = TRANSFER) readonly buffer Transfer { float transfer_rings[]; };  // D, 1/sr
+
+// transfer_at of raytrace/sphere_transfer.h.
+float transfer_at(float angle) {
+  const float last = float(TRANSFER_RINGS - 1);
+  float at = clamp(angle * (float(TRANSFER_RINGS) / 3.14159265358979) - 0.5, 0.0, last);
+  int low = int(at);
+  return mix(transfer_rings[low], transfer_rings[min(low + 1, TRANSFER_RINGS - 1)], at - float(low));
+}
+
+#if LOOK_HARMONICS > 0
+layout(std430, binding = SKY) readonly buffer Sky { vec4 sky_seen[]; };  // c_lm k_l, cd/m^2
+
+// raytrace/spherical_harmonics.h to degree 3.
+vec3 sky_behind(vec3 d) {
+  float x = d.x, y = d.y, z = d.z;
+  vec3 sum = 0.28209479177388 * sky_seen[0].rgb;
+#if LOOK_HARMONICS > 1
+  sum += 0.48860251190292 * (y * sky_seen[1].rgb + z * sky_seen[2].rgb + x * sky_seen[3].rgb);
+#endif
+#if LOOK_HARMONICS > 4
+  sum += 1.09254843059208 * (x * y * sky_seen[4].rgb + y * z * sky_seen[5].rgb + x * z * sky_seen[7].rgb);
+  sum += 0.31539156525252 * (3.0 * z * z - 1.0) * sky_seen[6].rgb;
+  sum += 0.54627421529604 * (x * x - y * y) * sky_seen[8].rgb;
+#endif
+#if LOOK_HARMONICS > 9
+  sum += 0.59004358992664 * (y * (3.0 * x * x - y * y) * sky_seen[9].rgb +
+                             x * (x * x - 3.0 * y * y) * sky_seen[15].rgb);
+  sum += 0.45704579946447 * (5.0 * z * z - 1.0) * (y * sky_seen[11].rgb + x * sky_seen[13].rgb);
+  sum += 0.37317633259012 * z * (5.0 * z * z - 3.0) * sky_seen[12].rgb;
+  sum += 1.44530572132028 * z * (2.0 * x * y * sky_seen[10].rgb + (x * x - y * y) * sky_seen[14].rgb);
+#endif
+  return max(sum, vec3(0));  // raytrace/sky_light.h
+}
+#endif
+
+vec3 look_radiance(Drop drop, Placement placed) {
+  RainSize size = rain_sizes[drop.size];
+  vec3 path_m = size.times.x * size.velocity_m_s.xyz;
+  vec3 onward = normalize(placed.middle_m);
+  vec3 sum = vec3(0);
+  for (int i = 0; i < counts.y; ++i) {
+    Illumination lit = illumination(lights[i], placed.middle_m);
+    // atan: a driver's acos is poor near 1, where the light shines through the drop.
+    float angle = atan(length(cross(lit.toward, onward)), dot(lit.toward, onward));
+    sum += path_lit_share(lights[i], placed.middle_m, path_m) * transfer_at(angle) * lit.lux;
+  }
+#if LOOK_HARMONICS > 0
+  sum += sky_behind(onward);
+#endif
+  return sum;
+}
+#else
+vec3 look_radiance(Drop drop, Placement placed) { return vec3(STREAK_CD_M2); }
+#endif
+
+// In cd/m^2, behind the fog that lies before the streak.
+vec3 streak_radiance(Drop drop, Placement placed) {
+  return exp(-air.x * length(placed.middle_m)) * look_radiance(drop, placed);
+}
