@@ -132,7 +132,7 @@ int finest_level_needed(const Scene& scene, const StreakAtlas& atlas,
 }
 
 int sky_degree(const StreakAtlas& atlas, const RenderOptions& options) {
-  if (options.look != Look::traced) return std::clamp(options.sky_degree, 0, look_sky_degree);
+  if (options.look != StreakLook::traced) return std::clamp(options.sky_degree, 0, look_sky_degree);
   return std::max(0, std::min(options.sky_degree, atlas.transfer_degree));
 }
 

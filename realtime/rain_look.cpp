@@ -14,12 +14,12 @@
 namespace pluvia {
 namespace {
 
-bool is_sphere(Look look) {
-  return look == Look::sphere || look == Look::sphere_published;
+bool is_sphere(StreakLook look) {
+  return look == StreakLook::sphere || look == StreakLook::sphere_published;
 }
 
-SphereTransferOptions transfer_options(Look look) {
-  const bool published = look == Look::sphere_published;
+SphereTransferOptions transfer_options(StreakLook look) {
+  const bool published = look == StreakLook::sphere_published;
   return {.averaged_reflectance = published, .single_root = published};
 }
 
@@ -40,11 +40,11 @@ std::vector<glm::vec4> seen_through_sphere(const SphereTransferOptions& options,
 }  // namespace
 
 void check_look(const RenderOptions& options) {
-  if (options.look != Look::traced && options.path == RainPath::billboards_2010)
+  if (options.look != StreakLook::traced && options.path == RainPath::billboards_2010)
     throw std::runtime_error("billboards: a look of spheres or white; expected traced");
   if (options.background_share && !is_sphere(options.look))
     throw std::runtime_error("background_share: the look has none; expected a look of spheres");
-  if (options.streak_cd_m2 && options.look != Look::white)
+  if (options.streak_cd_m2 && options.look != StreakLook::white)
     throw std::runtime_error("streak_cd_m2: the look has none; expected white");
   // 1 would hide nothing, and leave the composite no coverage to go by.
   if (options.background_share &&
@@ -59,15 +59,17 @@ void check_look(const RenderOptions& options) {
 RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const SkyLight& sky) {
   check_look(options);
   RainLook look = {.look = options.look};
-  if (look.look == Look::white)
+  if (look.look == StreakLook::white)
     look.streak_cd_m2 = options.streak_cd_m2.value_or(scene.camera.white_cd_m2);
   if (!is_sphere(look.look)) return look;
-  const bool published = look.look == Look::sphere_published;
+  const bool published = look.look == StreakLook::sphere_published;
   look.background_share =
       options.background_share.value_or(published ? published_background_share : 0);
-  const std::vector<double> rings = sphere_transfer(transfer_options(look.look), transfer_rings);
-  look.brightest_per_lux = *std::max_element(rings.begin(), rings.end());
-  look.transfer = make_buffer(std::vector<float>(rings.begin(), rings.end()));
+  if (!scene.lights.empty()) {
+    const std::vector<double> rings = sphere_transfer(transfer_options(look.look), transfer_rings);
+    look.brightest_per_lux = *std::max_element(rings.begin(), rings.end());
+    look.transfer = make_buffer(std::vector<float>(rings.begin(), rings.end()));
+  }
   look.sky_cells = sky_cells(sky);
   if (look.sky_cells > 0)
     look.sky = make_buffer(seen_through_sphere(transfer_options(look.look), sky));
@@ -90,9 +92,9 @@ StreakAtlas coverage_alone(const StreakAtlas& atlas) {
 }
 
 std::vector<std::string> look_notes(const RainLook& look) {
-  if (look.look == Look::white)
+  if (look.look == StreakLook::white)
     return {fmt::format("streaks are white: {:.4g} cd/m2 whatever the light", look.streak_cd_m2)};
-  std::string note = look.look == Look::sphere
+  std::string note = look.look == StreakLook::sphere
                          ? "streaks shine as spheres do"
                          : "streaks shine as spheres do, as published in 2006";
   if (look.sky_cells > 0) note += fmt::format("; the sky in {} harmonics", look.sky_cells);
@@ -106,6 +108,7 @@ ShaderDefines look_defines(const RainLook& look) {
   return {{"TRACED", "0"},
           {"STREAK_LIGHT", "rain_look.glsl"},
           {"SPHERE", is_sphere(look.look) ? "1" : "0"},
+          {"LOOK_LIGHTS", look.transfer.id() ? "1" : "0"},
           {"TRANSFER_RINGS", std::to_string(transfer_rings)},
           {"LOOK_HARMONICS", std::to_string(look.sky_cells)},
           {"STREAK_CD_M2", fmt::format("{:.9e}", look.streak_cd_m2)},

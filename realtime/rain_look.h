@@ -35,14 +35,14 @@ constexpr int look_sky_degree = 3;                  // as published: 16 coeffici
 constexpr double published_background_share = 0.7;  // c
 
 struct RainLook {
-  Look look = Look::traced;
-  double background_share = 0;   // c
-  double streak_cd_m2 = 0;       // of the white one
-  double brightest_per_lux = 0;  // greatest value of D
-  int sky_cells = 0;             // harmonics of the sky that streaks see
-  GlBuffer transfer = {}, sky = {};
+  StreakLook look = StreakLook::traced;
+  double background_share = 0;       // c
+  double streak_cd_m2 = 0;           // of the white one
+  double brightest_per_lux = 0;      // greatest value of D
+  int sky_cells = 0;                 // harmonics of the sky that streaks see
+  GlBuffer transfer = {}, sky = {};  // where a light, or a sky, is there
 
-  bool traced() const { return look == Look::traced; }
+  bool traced() const { return look == StreakLook::traced; }
 };
 
 // Throws std::runtime_error for options out of range, or that the look does not heed, and for

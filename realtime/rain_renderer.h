@@ -34,7 +34,7 @@ enum class RainPath { streaks, billboards_2010 };
 
 // How light gets into a streak (realtime/rain_look.h): as traced; as into a sphere; the same as
 // Wang et al. published it in 2006; or each streak as bright as another.
-enum class Look { traced, sphere, sphere_published, white };
+enum class StreakLook { traced, sphere, sphere_published, white };
 
 struct RenderOptions {
   RainPath path = RainPath::streaks;  // billboards heed `packets` and `lookup` alone
@@ -54,7 +54,7 @@ struct RenderOptions {
   double far_streaks = 0;
   PacketOptions packets = {};
   LookupMode lookup = LookupMode::view_linear;
-  Look look = Look::traced;
+  StreakLook look = StreakLook::traced;
   // Of spheres: the share of the background behind a streak that is added to it, 0 .. 0.99;
   // nothing: 0.7 as published for sphere_published, else 0.
   std::optional<double> background_share = {};

@@ -57,10 +57,11 @@ RenderOptions render_options(const QualityFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  const std::map<std::string, Look> looks = {{"traced", Look::traced},
-                                             {"sphere", Look::sphere},
-                                             {"sphere-published", Look::sphere_published},
-                                             {"white", Look::white}};
+  const std::map<std::string, StreakLook> looks = {
+      {"traced", StreakLook::traced},
+      {"sphere", StreakLook::sphere},
+      {"sphere-published", StreakLook::sphere_published},
+      {"white", StreakLook::white}};
   return {.far_streaks = flags.far_streaks,
           .packets = {.scheme = schemes.at(flags.packets)},
           .lookup = lookups.at(flags.lookup),

@@ -113,7 +113,8 @@ TEST_F(Program, WrongUseEndsWithTwo) {
   expect_complaint("import l --level 1 --out " + out, 2, "--level");
   expect_complaint("merge --out " + out, 2, "databases is required");
   const std::string render = fmt::format("render s.toml --atlas a --out {} ", out);
-  for (const std::string value : {"--frames 0", "--start-s nan"}) {
+  for (const std::string value : {"--frames 0", "--start-s nan", "--look cube",
+                                  "--background-share 1", "--streak-cd-m2 -1"}) {
     expect_complaint(render + value, 2, value.substr(0, value.find(' ')));
   }
   EXPECT_FALSE(fs::exists(out));

@@ -3,7 +3,7 @@
 // and from there all are made anew:
 //
 //   TEST_TMPDIR=DIR/ build/realtime_golden_test
-//   for name in fog glow lens shadows sky streaks_quads streaks_thin; do
+//   for name in fog glow lens shadows sky spheres streaks_quads streaks_thin; do
 //     oiiotool --nosoftwareattrib DIR/pluvia_golden_$name.exr -d half -o tests/golden/$name.exr
 //   done
 //
@@ -103,6 +103,23 @@ TEST(Golden, StreaksUnderASky) {
   EXPECT_LT(quads, frame.streaks_in_view * 3 / 4);
   expect_numbers(frame);
   expect_golden("sky", frame.rain, streak_bound);
+}
+
+// As published in 2006: some as quads, some thin.
+TEST(Golden, StreaksThatShineAsSpheres) {
+  PLUVIA_NEEDS_OPENGL();
+  const TemporaryFolder folder;
+  Scene scene = shower();
+  scene.environment = {.map_file = folder / "evening.exr", .scale_cd_m2 = 10};
+  write_exr(scene.environment.map_file, evening_map());
+  RainRenderer renderer(scene, quarter_atlas(),
+                        {.widest_splat_px = 0.1, .look = StreakLook::sphere_published});
+  const Frame frame = renderer.render(0.5);
+  const auto quads = static_cast<long>(renderer.streak_records(0.5).streaks.size());
+  EXPECT_GT(quads, frame.streaks_in_view / 4);
+  EXPECT_LT(quads, frame.streaks_in_view * 3 / 4);
+  expect_numbers(frame);
+  expect_golden("spheres", frame.rain, streak_bound);
 }
 
 // A lamp above a table, whose shadow lies on the ground and on the drops below; the camera looks

@@ -278,7 +278,8 @@ TEST(Shader, ErrorsNameTheFileAndLineThatHoldThem) {
       {"part.glsl", "void part() {\n  missing = 1;\n}\n"},
       {"late.frag", "#version 450 core\n#include \"good.glsl\"\nvoid main() { nothing; }\n"},
       {"good.glsl", "const int good = GIVEN;\n"},
-      {"lost.frag", "#version 450 core\n\n#include \"nowhere.glsl\"\n"}};
+      {"lost.frag", "#version 450 core\n\n#include \"nowhere.glsl\"\n"},
+      {"chosen.frag", "#version 450 core\n#include CHOICE\nvoid main() { part(); }\n"}};
   const auto refusal = [&](const char* name) {
     return message_of([&] {
       compile_shader(GL_FRAGMENT_SHADER, flatten_shader(name, {{"GIVEN", "1"}}, files));
@@ -290,6 +291,12 @@ TEST(Shader, ErrorsNameTheFileAndLineThatHoldThem) {
       << refusal("late.frag");
   EXPECT_EQ(refusal("lost.frag"),
             "realtime/shaders/lost.frag:3: there is no shader \"nowhere.glsl\"; expected a file of "
+            "realtime/shaders/");
+  // An include may name a define that names the file.
+  EXPECT_NE(flatten_shader("chosen.frag", {{"CHOICE", "good.glsl"}}, files).text.find("int good"),
+            std::string::npos);
+  EXPECT_EQ(refusal("chosen.frag"),
+            "realtime/shaders/chosen.frag:2: there is no shader \"CHOICE\"; expected a file of "
             "realtime/shaders/");
 }
 

@@ -2,7 +2,8 @@
 // sphere, raytrace/sphere_transfer.h:
 //   sum over lights E D(angle) + sum_lm c_lm k_l Y_lm(from the eye to the drop)
 #include "rain_views.glsl"
-#if SPHERE
+
+#if LOOK_LIGHTS
 #include "rain_shade.glsl"
 
 layout(std430, binding = TRANSFER) readonly buffer Transfer { float transfer_rings[]; };  // D, 1/sr
@@ -15,11 +16,25 @@ float transfer_at(float angle) {
   return mix(transfer_rings[low], transfer_rings[min(low + 1, TRANSFER_RINGS - 1)], at - float(low));
 }
 
+vec3 light_through(Drop drop, Placement placed, vec3 onward) {
+  RainSize size = rain_sizes[drop.size];
+  vec3 path_m = size.times.x * size.velocity_m_s.xyz;
+  vec3 sum = vec3(0);
+  for (int i = 0; i < counts.y; ++i) {
+    Illumination lit = illumination(lights[i], placed.middle_m);
+    // atan: a driver's acos is poor near 1, where the light shines through the drop.
+    float angle = atan(length(cross(lit.toward, onward)), dot(lit.toward, onward));
+    sum += path_lit_share(lights[i], placed.middle_m, path_m) * transfer_at(angle) * lit.lux;
+  }
+  return sum;
+}
+#endif
+
 #if LOOK_HARMONICS > 0
 layout(std430, binding = SKY) readonly buffer Sky { vec4 sky_seen[]; };  // c_lm k_l, cd/m^2
 
 // raytrace/spherical_harmonics.h to degree 3.
-vec3 sky_behind(vec3 d) {
+vec3 sky_through(vec3 d) {
   float x = d.x, y = d.y, z = d.z;
   vec3 sum = 0.28209479177388 * sky_seen[0].rgb;
 #if LOOK_HARMONICS > 1
@@ -42,24 +57,20 @@ vec3 sky_behind(vec3 d) {
 #endif
 
 vec3 look_radiance(Drop drop, Placement placed) {
-  RainSize size = rain_sizes[drop.size];
-  vec3 path_m = size.times.x * size.velocity_m_s.xyz;
+#if SPHERE
   vec3 onward = normalize(placed.middle_m);
   vec3 sum = vec3(0);
-  for (int i = 0; i < counts.y; ++i) {
-    Illumination lit = illumination(lights[i], placed.middle_m);
-    // atan: a driver's acos is poor near 1, where the light shines through the drop.
-    float angle = atan(length(cross(lit.toward, onward)), dot(lit.toward, onward));
-    sum += path_lit_share(lights[i], placed.middle_m, path_m) * transfer_at(angle) * lit.lux;
-  }
+#if LOOK_LIGHTS
+  sum += light_through(drop, placed, onward);
+#endif
 #if LOOK_HARMONICS > 0
-  sum += sky_behind(onward);
+  sum += sky_through(onward);
 #endif
   return sum;
-}
 #else
-vec3 look_radiance(Drop drop, Placement placed) { return vec3(STREAK_CD_M2); }
+  return vec3(STREAK_CD_M2);
 #endif
+}
 
 // In cd/m^2, behind the fog that lies before the streak.
 vec3 streak_radiance(Drop drop, Placement placed) {
