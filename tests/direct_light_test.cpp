@@ -10,10 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "raytrace/drop_field.h"
+#include "raytrace/sphere_closed_form.h"
 #include "tests/synthetic_atlas.h"
 #include "validate/drop_trial.h"
 #include "validate/frame_composite.h"
-#include "validate/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "raytrace/sphere_closed_form.h"
 #include "tests/streak_samples.h"
-#include "validate/sphere_closed_form.h"
 
 namespace pluvia {
 namespace {

@@ -161,6 +161,7 @@ struct Judge {
     }
     price(trial, real_time(trial.scene, {.widest_splat_px = 0}), where, "real time, quads alone");
     price(trial, composite(trial.scene), where, "exact composite");
+    price_looks(trial, where);
     report.checks.push_back(check_of(
         "reference.flux.between", distance, grid_price(trial, direct) + 0.03 + 0.02,
         "The same drops in real time: what the database's grid of 20 degrees costs. The bound is "
@@ -178,6 +179,27 @@ struct Judge {
       for (std::size_t c = 0; c < 3; ++c) fluxes.push_back({looked_up[i][c], direct[i][c]});
     }
     return flux_error(fluxes).all.relative_rmse;
+  }
+
+  void price_looks(const DropTrial& trial, const std::string& where) {
+    price(trial, real_time(trial.scene, {.look = StreakLook::sphere}), where,
+          "not traced: spheres with a transfer function");
+    price(trial,
+          real_time(trial.scene, {.look = StreakLook::sphere_published, .background_share = 0}),
+          where, "not traced: spheres as published in 2006, without the background");
+    price(trial, fitted_white(trial), where, "not traced: white streaks, as bright as fits best");
+  }
+
+  // One radiance for all streaks and suns: that of least squares.
+  Image fitted_white(const DropTrial& trial) {
+    Image picture = real_time(trial.scene, {.look = StreakLook::white, .streak_cd_m2 = 1});
+    double product = 0, square = 0;
+    for (const StreakFlux& flux : fluxes_of(light_in(picture, trial.masks), trial.truth)) {
+      product += flux.measured * flux.truth;
+      square += flux.measured * flux.measured;
+    }
+    for (float& value : picture.values) value *= static_cast<float>(product / square);
+    return picture;
   }
 
   Image composite(const Scene& scene) const {
@@ -200,6 +222,7 @@ struct Judge {
     const Image ours = real_time(all.scene);
     const std::string where = "uniform sky";
     price(all, ours, where, "real time, all orders in the reference");
+    price_looks(all, where);
     options.most_order = preset.field.paths.max_order;
     const Distance distance =
         price(trial_of(drops, atlas, preset, options, settings), ours, where,

@@ -2,10 +2,14 @@
 // medians of frames of one run on one machine, so that its rows may be compared with each other and
 // with nothing else. Beyond 1e5 drops one frame each.
 //   rain_cost [--frames 3] [--most-drops 100000]
+// Or by looks, at 720 x 480 under one lamp and a map, with the numbers of drops of which Wang et
+// al. (MSR-TR-2006-102) give frame rates; the look stands where the lookup does:
+//   rain_cost --looks MAP.exr [--frames 3]
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -22,6 +26,7 @@ namespace {
 struct CostFlags {
   int frames = 3;
   double most_drops = 1e5;
+  std::string looks_under = {};  // a map
 };
 
 struct Cost {
@@ -108,14 +113,41 @@ std::vector<Row> all_rows(double most_drops) {
   return rows;
 }
 
+std::vector<Row> look_rows() {
+  const std::pair<const char*, RenderOptions> looks[] = {
+      {"traced", {}},
+      {"traced trilinear", {.lookup = LookupMode::trilinear}},
+      {"sphere", {.look = StreakLook::sphere}},
+      {"sphere-published", {.look = StreakLook::sphere_published}},
+      {"white", {.look = StreakLook::white}}};
+  std::vector<Row> rows;
+  for (const double drops : {1e4, 2e4, 4e4, 8e4}) {
+    for (const auto& [name, options] : looks)
+      rows.push_back({drops, "automatic", name, 1, options});
+  }
+  return rows;
+}
+
+// As published: 720 x 480.
+Scene under_map(Scene scene, const std::string& map) {
+  scene.camera.width_px = 720;
+  scene.camera.height_px = 480;
+  scene.environment = {.map_file = map};
+  return scene;
+}
+
 void run(const CostFlags& flags) {
-  const StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
+  const bool looks = !flags.looks_under.empty();
+  StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5});
+  if (looks) add_harmonics(atlas, 3);
   fmt::print(
       "drops,packets,lookup,lights,streaks,looked_at,rain_ms,cpu_ms,frame_ms,"
       "mb_beside_the_atlas\n");
-  for (const Row& row : all_rows(flags.most_drops)) {
+  for (const Row& row : looks ? look_rows() : all_rows(flags.most_drops)) {
     const int frames = row.drops > 1e5 ? 1 : flags.frames;
-    const Cost cost = measure(far_rain(row.drops, row.lights), atlas, row.options, frames);
+    Scene scene = far_rain(row.drops, row.lights);
+    if (looks) scene = under_map(scene, flags.looks_under);
+    const Cost cost = measure(scene, atlas, row.options, frames);
     fmt::print("{:.0f},{},{},{},{},{},{:.2f},{:.2f},{:.2f},{:.1f}\n", row.drops, row.path,
                row.lookup, row.lights, cost.streaks, cost.looked_at, 1e3 * cost.wall_s,
                1e3 * cost.cpu_s, 1e3 * cost.frame_s, static_cast<double>(cost.bytes) / 1e6);
@@ -132,6 +164,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", flags.frames, "of which the median is taken")
       ->check(CLI::Range(1, 99));
   app.add_option("--most-drops", flags.most_drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
+  app.add_option("--looks", flags.looks_under, "looks under this map instead");
   CLI11_PARSE(app, argc, argv);
   try {
     pluvia::run(flags);
