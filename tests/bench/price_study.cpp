@@ -61,8 +61,8 @@ int main(int argc, char** argv) {
                               full ? StudyDepth::full : StudyDepth::brief, report);
       if (drawing)
         add_frame_prices(PLUVIA_DATA_DIR "/scenes/street.toml", atlas, preset, {}, report);
+      if (reference) add_reference_checks(preset, atlas, {}, report);
     }
-    if (reference) add_reference_checks(preset, atlas_folder, {}, report);
     print(report);
     if (!out.empty()) write_report(out, report);
   } catch (const std::exception& error) {
