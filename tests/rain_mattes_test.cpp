@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <Eigen/Dense>
@@ -54,7 +55,9 @@ std::vector<Image> mattes_over(const Image& behind, const RainClip& clip,
 
 TEST(RainMattes, ShowWhatIsBehindRainThatCoversEachPixelInHalfOfTheFrames) {
   for (const RainClipSpec& spec :
-       {RainClipSpec{}, RainClipSpec{.lean_deg = -27, .noise = 0.01, .seed = 3}}) {
+       {RainClipSpec{}, RainClipSpec{.even = true}, RainClipSpec{.noise = 0.02},
+        RainClipSpec{.strongest = 0.3}, RainClipSpec{.lean_deg = 60},
+        RainClipSpec{.lean_deg = -27, .noise = 0.01, .seed = 3}}) {
     const RainClip clip = rain_clip(spec);
     ASSERT_EQ(clip.frames.size(), 20u);
     for (std::size_t pixel = 0; pixel < clip.mattes[0].values.size(); ++pixel)
@@ -62,11 +65,15 @@ TEST(RainMattes, ShowWhatIsBehindRainThatCoversEachPixelInHalfOfTheFrames) {
     const Image median = temporal_median(clip.frames);
     const RainMattes mattes = found(clip.frames);
     const double of_median = psnr_db(median, clip.background);
-    // Required: 3 dB. Measured: 27 and more, noise of 0.01 itself being 40 dB.
-    EXPECT_GE(psnr_db(mattes.background, clip.background), of_median + 15) << of_median;
-    // Half of the median's, though that is given the rain's true colour.
-    EXPECT_LE(matte_rms(mattes.mattes, clip.mattes),
-              matte_rms(mattes_over(median, clip, spec), clip.mattes) / 2);
+    const double of_mattes = psnr_db(mattes.background, clip.background);
+    const double rms = matte_rms(mattes.mattes, clip.mattes);
+    const double median_rms = matte_rms(mattes_over(median, clip, spec), clip.mattes);
+    fmt::print("{:.1f} dB, median {:.1f}; mattes {:.3f}, from the median {:.3f}; {:.1f} degrees\n",
+               of_mattes, of_median, rms, median_rms, mattes.lean_deg);  // docs/mattes.md
+    // Required: 3 dB. Noise of 0.02 in 20 frames, of which 7 are free of rain, is 42 dB by itself.
+    EXPECT_GE(of_mattes, of_median + 15) << of_median;
+    // The median's mattes are given the rain's true colour.
+    EXPECT_LE(rms, median_rms / 2);
     // Streaks lean by up to a degree to either side.
     EXPECT_NEAR(mattes.lean_deg, spec.lean_deg, 1);
   }
