@@ -27,6 +27,7 @@
 #include "validate/compare_reports_command.h"
 #include "validate/fidelity.h"
 #include "validate/fit_command.h"
+#include "validate/mattes_command.h"
 #include "validate/sweep_command.h"
 #include "validate/sweep_json.h"
 #include "validate/sweep_page.h"
@@ -284,6 +285,7 @@ int main(int argc, char** argv) {
   ValidateFlags validate_flags;
   pluvia::FitFlags fit_flags;
   pluvia::SweepFlags sweep_flags;
+  pluvia::MattesFlags mattes_flags;
   pluvia::CompareReportsFlags compare_reports_flags;
   CLI::App* const generate_command = pluvia::add_generate(app, generate_flags);
   CLI::App* const pack_command = add_pack(app, pack_flags);
@@ -296,6 +298,7 @@ int main(int argc, char** argv) {
   CLI::App* const validate_command = add_validate(app, validate_flags);
   CLI::App* const fit_command = pluvia::add_fit(app, fit_flags, PLUVIA_DATA_DIR);
   CLI::App* const sweep_command = pluvia::add_sweep(app, sweep_flags, PLUVIA_DATA_DIR);
+  CLI::App* const mattes_command = pluvia::add_mattes(app, mattes_flags);
   CLI::App* const compare_reports_command = pluvia::add_compare_reports(app, compare_reports_flags);
   try {
     app.parse(argc, argv);
@@ -317,6 +320,7 @@ int main(int argc, char** argv) {
     if (*view_command) pluvia::view_scene(view_flags);
     if (*reference_command) reference(reference_flags);
     if (*fit_command) fmt::print("{}", pluvia::run_fit(*fit_command, fit_flags, ProgressLine()));
+    if (*mattes_command) fmt::print("{}", pluvia::find_mattes(mattes_flags, ProgressLine()));
     validate_flags.inputs.commands = {command_line(argc, argv)};
     if (*validate_command && !validate(validate_flags)) return 1;
     if (*sweep_command) {

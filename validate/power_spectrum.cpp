@@ -72,7 +72,7 @@ void divide(std::array<double, n>& sums, const std::array<double, n>& counts) {
 
 }  // namespace
 
-PowerSpectrum power_spectrum(const Plane& luminance) {
+Plane power_plane(const Plane& luminance) {
   constexpr Eigen::Index least = 16;
   if (luminance.rows() < least || luminance.cols() < least) {
     throw std::runtime_error(
@@ -82,18 +82,21 @@ PowerSpectrum power_spectrum(const Plane& luminance) {
   const Plane window =
       hann(luminance.rows()).matrix() * hann(luminance.cols()).matrix().transpose();
   const double mean = (window * luminance).sum() / window.sum();
-  const ComplexPlane waves = transformed(window * (luminance - mean));
-  const double weight = window.square().sum();
+  return transformed(window * (luminance - mean)).abs2() / window.square().sum();
+}
+
+PowerSpectrum power_spectrum(const Plane& luminance) {
+  const Plane powers = power_plane(luminance);
   PowerSpectrum spectrum;
   spectrum.rounding = std::pow(std::ldexp(luminance.abs().maxCoeff(), -24), 2) / 3;
   std::array<double, spectrum_rings> ring_counts = {};
   std::array<double, spectrum_sectors> sector_counts = {};
-  for (Eigen::Index y = 0; y < waves.rows(); ++y) {
-    for (Eigen::Index x = 0; x < waves.cols(); ++x) {
-      const double u = frequency(x, waves.cols()), v = frequency(y, waves.rows());
+  for (Eigen::Index y = 0; y < powers.rows(); ++y) {
+    for (Eigen::Index x = 0; x < powers.cols(); ++x) {
+      const double u = frequency(x, powers.cols()), v = frequency(y, powers.rows());
       const auto ring = static_cast<std::size_t>(2 * spectrum_rings * std::hypot(u, v));
       if ((x == 0 && y == 0) || ring >= spectrum_rings) continue;
-      const double power = std::norm(waves(y, x)) / weight;
+      const double power = powers(y, x);
       const auto sector = static_cast<std::size_t>(sector_of(u, v));
       spectrum.rings[ring] += power, ring_counts[ring] += 1;
       spectrum.sectors[sector] += power, sector_counts[sector] += 1;

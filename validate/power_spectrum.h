@@ -28,6 +28,10 @@ struct PowerSpectrum {
   double rounding = 0;
 };
 
+// P at the frequencies of rows and columns in the order of the Fourier transform: 0 first, then up
+// to 0.5 cycles per pixel, then the negative ones. Throws as power_spectrum does.
+Plane power_plane(const Plane& luminance);
+
 // Throws std::runtime_error for less than 16 x 16 pixels.
 PowerSpectrum power_spectrum(const Plane& luminance);
 

@@ -1,0 +1,135 @@
+#include "validate/clip_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include "atlas/rec709.h"
+
+namespace pluvia {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const std::string& file, const std::string& found_and_expected) {
+  throw std::runtime_error(file + ": " + found_and_expected);
+}
+
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.empty() ? "unknown reason" : text;
+}
+
+std::unique_ptr<OIIO::ImageInput> opened(const std::string& file) {
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error) refuse(file, "cannot read: " + error.message() + "; expected a video or pictures");
+  if (size == 0) refuse(file, "is empty; expected a video or a picture");
+  auto input = OIIO::ImageInput::open(file);
+  if (!input)
+    refuse(file,
+           "cannot be read: " + one_line(OIIO::geterror()) + "; expected a video or a picture");
+  return input;
+}
+
+// The frame at which the input stands.
+Image read_frame(OIIO::ImageInput& input, const std::string& file, int frame) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const int channels = spec.nchannels < 3 ? 1 : 3;
+  Image image = make_image(spec.width, spec.height, channels);
+  if (!input.read_image(frame, 0, 0, channels, OIIO::TypeDesc::FLOAT, image.values.data()) ||
+      input.has_error())
+    refuse(file, fmt::format("frame {} cannot be read: {}; expected a whole one", frame,
+                             one_line(input.geterror())));
+  const bool encoded = !spec.format.is_floating_point();
+  for (float& value : image.values) {
+    if (!std::isfinite(value) || value < 0)
+      refuse(file, fmt::format("has a value {}; expected finite values >= 0", value));
+    if (encoded) value = static_cast<float>(srgb_linear(value));
+  }
+  return image;
+}
+
+std::vector<Image> read_video(OIIO::ImageInput& input, const std::string& file, int most_frames) {
+  std::vector<Image> frames;
+  while (static_cast<int>(frames.size()) < most_frames &&
+         input.seek_subimage(static_cast<int>(frames.size()), 0))
+    frames.push_back(read_frame(input, file, static_cast<int>(frames.size())));
+  return frames;
+}
+
+bool matches(const std::string& name, const std::string& pattern) {
+  const auto star = pattern.find('*');
+  if (star == std::string::npos) return name == pattern;
+  if (name.compare(0, star, pattern, 0, star) != 0) return false;
+  const std::string rest = pattern.substr(star + 1);
+  for (std::size_t i = star; i <= name.size(); ++i) {
+    if (matches(name.substr(i), rest)) return true;
+  }
+  return false;
+}
+
+// Files of a folder whose name matches, in order of their names.
+std::vector<std::string> matching_files(const fs::path& folder, const std::string& pattern) {
+  std::error_code error;
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.is_regular_file() && matches(entry.path().filename().string(), pattern))
+      files.push_back(entry.path().string());
+  }
+  if (error) refuse(folder.string(), "cannot read: " + error.message() + "; expected a folder");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> picture_files(const std::string& source) {
+  const fs::path path(source);
+  const bool folder = fs::is_directory(path);
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::vector<std::string> files =
+      matching_files(folder ? path : parent, folder ? "*" : path.filename().string());
+  if (files.empty()) refuse(source, "no file of that name; expected pictures");
+  std::set<std::string> kinds;
+  for (const std::string& file : files) kinds.insert(fs::path(file).extension().string());
+  if (kinds.size() > 1)
+    refuse(source, fmt::format("files of {} kinds, {} and {}; expected one, such as \"{}/*.png\"",
+                               kinds.size(), *kinds.begin(), *std::next(kinds.begin()),
+                               (folder ? path : parent).string()));
+  return files;
+}
+
+std::vector<Image> read_pictures(std::vector<std::string> files, int most_frames) {
+  files.resize(std::min(files.size(), static_cast<std::size_t>(most_frames)));
+  std::vector<Image> frames;
+  for (const std::string& file : files) {
+    frames.push_back(read_frame(*opened(file), file, 0));
+    const Image &first = frames.front(), &last = frames.back();
+    if (last.width != first.width || last.height != first.height || last.channels != first.channels)
+      refuse(file, fmt::format("{} x {} pixels of {} channels; expected {} x {} of {} like {}",
+                               last.width, last.height, last.channels, first.width, first.height,
+                               first.channels, files.front()));
+  }
+  return frames;
+}
+
+}  // namespace
+
+std::vector<Image> read_clip(const std::string& source, int most_frames) {
+  const bool pattern = fs::path(source).filename().string().find('*') != std::string::npos;
+  if (pattern || fs::is_directory(source)) return read_pictures(picture_files(source), most_frames);
+  const auto input = opened(source);
+  std::vector<Image> frames = read_video(*input, source, most_frames);
+  if (frames.size() < 3)
+    refuse(source, fmt::format("{} frames; expected a video of at least 3", frames.size()));
+  return frames;
+}
+
+}  // namespace pluvia
