@@ -151,8 +151,8 @@ struct BruteJob {
   }
 };
 
-Estimate estimate(const std::vector<double>& values) {
-  Estimate e;
+ReplicateMean estimate(const std::vector<double>& values) {
+  ReplicateMean e;
   const double n = static_cast<double>(values.size());
   for (const double v : values) e.mean += v / n;
   double square = 0;
@@ -162,15 +162,15 @@ Estimate estimate(const std::vector<double>& values) {
 }
 
 // One plane of all replicates: its picture, and the estimate of its sum.
-Estimate collect(const std::vector<Replicate>& replicates, std::size_t plane, std::size_t size,
-                 StreakImage& image) {
+ReplicateMean collect(const std::vector<Replicate>& replicates, std::size_t plane, std::size_t size,
+                      StreakImage& image) {
   std::vector<double> fluxes(replicates.size(), 0.0), values(replicates.size());
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t r = 0; r < replicates.size(); ++r) {
       values[r] = replicates[r].pixels[plane * size + i];
       fluxes[r] += values[r];
     }
-    const Estimate e = estimate(values);
+    const ReplicateMean e = estimate(values);
     image.mean.push_back(static_cast<float>(e.mean));
     image.variance.push_back(static_cast<float>(e.standard_error * e.standard_error));
   }

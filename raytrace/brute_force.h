@@ -35,7 +35,7 @@ struct BruteOptions {
   int mesh_levels = 5;  // of a mesh: 8 * 4^levels triangles, 0 .. 9
 };
 
-struct Estimate {
+struct ReplicateMean {
   double mean = 0;
   double standard_error = 0;
 };
@@ -44,8 +44,8 @@ struct BruteStreak {
   std::vector<StreakImage> light = {};  // as TracedStreak's, mean and variance of the mean
   StreakImage env = {};
   StreakImage coverage = {};
-  std::vector<Estimate> flux = {};  // per light: sum over all pixels
-  Estimate env_flux = {}, coverage_flux = {};
+  std::vector<ReplicateMean> flux = {};  // per light: sum over all pixels
+  ReplicateMean env_flux = {}, coverage_flux = {};
   double rays = 0;  // that met the drop
 };
 

@@ -49,7 +49,7 @@ TEST(BruteForce, FieldAgreesWithinFourStandardErrors) {
   const TracedStreak field = trace_streak(request);
   const BruteStreak brute = brute_force_streak(
       request, {.replicates = 16, .instants = 48, .rays_per_instant = 3000, .seed = 11});
-  const auto compare = [](const char* what, const StreakImage& ours, const Estimate& theirs) {
+  const auto compare = [](const char* what, const StreakImage& ours, const ReplicateMean& theirs) {
     const double error =
         std::hypot(theirs.standard_error, std::sqrt(sum(ours.variance)), 0.005 * theirs.mean);
     EXPECT_LT(std::abs(sum(ours.mean) - theirs.mean), 4 * error)

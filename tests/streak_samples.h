@@ -104,7 +104,7 @@ inline void expect_brute_force_agrees(const StreakRequest& request, const Traced
                                       double bluntest = 0.08) {
   const BruteStreak brute = brute_force_streak(request, options);
   const auto compare = [&](const char* what, std::size_t k, const StreakImage& ours,
-                           const Estimate& theirs) {
+                           const ReplicateMean& theirs) {
     const double error =
         std::hypot(theirs.standard_error, std::sqrt(sum(ours.variance)), grid_share * theirs.mean);
     EXPECT_LT(std::abs(sum(ours.mean) - theirs.mean), 4 * error)

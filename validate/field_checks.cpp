@@ -109,7 +109,7 @@ void add_picture_check(const ComparedLight& compared, const NoisyError& error, R
   report.checks.push_back(check);
 }
 
-void add_flux_checks(const ComparedLight& compared, double field_flux, const Estimate& brute,
+void add_flux_checks(const ComparedLight& compared, double field_flux, const ReplicateMean& brute,
                      double rays, Report& report) {
   const std::string name = fmt::format("field.flux.{}", compared.check);
   Check flux;

@@ -73,7 +73,7 @@ void add_batch(const Work& work, BruteOptions options, Batches& batches) {
   batches.used_s += process_cpu_s() - start_s;
   batches.rays += streak.rays;
   double total = 0;
-  for (const Estimate& flux : streak.flux) total += flux.mean;
+  for (const ReplicateMean& flux : streak.flux) total += flux.mean;
   batches.total_flux.push_back(total);
   batches.fluxes.resize(work.judged.size());
   for (auto& pictures : batches.pictures) pictures.resize(work.judged.size());
