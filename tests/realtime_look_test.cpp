@@ -405,9 +405,10 @@ TEST(Look, AFrameHasTheSameBytesForEveryNumberOfThreads) {
     }
     return;
   }
+  const TemporaryFolder folder;
   std::vector<std::string> frames;
   for (const char* threads : {"1", "2"}) {
-    const std::string file = testing::TempDir() + "pluvia_look_" + threads;
+    const std::string file = folder / threads;
     const std::string command = "LP_NUM_THREADS=" + std::string(threads) +
                                 " PLUVIA_TEST_FRAME=" + file + " " +
                                 std::filesystem::read_symlink("/proc/self/exe").string() +
