@@ -72,8 +72,8 @@ TEST(RainMattes, ShowWhatIsBehindRainThatCoversEachPixelInHalfOfTheFrames) {
                of_mattes, of_median, rms, median_rms, mattes.lean_deg);  // docs/mattes.md
     // Required: 3 dB. Noise of 0.02 in 20 frames, of which 7 are free of rain, is 42 dB by itself.
     EXPECT_GE(of_mattes, of_median + 15) << of_median;
-    // The median's mattes are given the rain's true colour.
-    // 60 degrees: 0.60 of them, for neighbours along the fall are then two pixels apart.
+    // The median's mattes are given the rain's true colour. Measured: 0.11 to 0.48 of their error;
+    // 0.60 at 60 degrees, where colours are found 30 % too bright and all mattes so too small.
     EXPECT_LE(rms, median_rms * (spec.lean_deg > 45 ? 0.7 : 0.5)) << spec.lean_deg;
     // Streaks lean by up to a degree to either side.
     EXPECT_NEAR(mattes.lean_deg, spec.lean_deg, 1);

@@ -71,18 +71,25 @@ TEST(RainStrokes, ThatCrossTouchOrAreCutByTheBorderAreLeftOut) {
 }
 
 TEST(RainStrokes, ShorterThanTheOpeningOrFainterThanTheThresholdAreNone) {
-  Image specks = make_image(60, 60), faint = streak(30, 40, 0);
+  Image specks = make_image(120, 100);
   std::mt19937 random(4);
-  for (int i = 0; i < 40; ++i) specks.values[random() % specks.values.size()] = 1;
-  for (float& value : faint.values) value *= 0.08f;
-  EXPECT_EQ(rain_strokes({specks, faint, make_image(60, 60)}, 10, {}).size(), 0u);
-  EXPECT_EQ(rain_strokes({faint}, 0, {.least_matte = 0.01}).size(), 1u);
+  for (int i = 0; i < 120; ++i) specks.values[random() % specks.values.size()] = 1;
+  EXPECT_EQ(rain_strokes({specks, make_image(120, 100)}, 10, {}).size(), 0u);
+  // A tenth as strong as the other.
+  Image faint = streak(30, 40, 0);
+  for (float& value : faint.values) value *= 0.1f;
+  const Image both_strengths = both(faint, streak(80, 50, 0));
+  EXPECT_EQ(rain_strokes({both_strengths}, 0, {}).size(), 1u);
+  EXPECT_EQ(rain_strokes({both_strengths}, 0, {.least_share = 0.05}).size(), 2u);
+  // All of them faint, as where the rain's colour was taken too bright.
+  EXPECT_EQ(rain_strokes({faint}, 0, {}).size(), 1u);
+  EXPECT_EQ(rain_strokes({make_image(120, 100)}, 0, {}).size(), 0u);
 }
 
 TEST(RainStrokes, RefuseSettingsOutOfRange) {
   for (const StrokeSettings& settings :
        {StrokeSettings{.opening_px = 4}, StrokeSettings{.blur_px = -1},
-        StrokeSettings{.least_matte = 0}, StrokeSettings{.blur_px = std::nan("")}}) {
+        StrokeSettings{.least_share = 0}, StrokeSettings{.blur_px = std::nan("")}}) {
     const std::string message =
         message_of([&] { rain_strokes({make_image(20, 20)}, 0, settings); });
     EXPECT_NE(message.find("expected an odd number >= 1"), std::string::npos) << message;

@@ -1,5 +1,6 @@
 #include "validate/mattes_command.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <vector>
@@ -40,8 +41,10 @@ CLI::App* add_mattes(CLI::App& app, MattesFlags& flags) {
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command
-      ->add_option("--white", flags.settings.white,
-                   "light that counts as 1, for pictures of linear values")
+      ->add_option(
+          "--white", flags.settings.white,
+          "light that counts as 1, for pictures of linear values; brighter light is cut to it, "
+          "as a camera does")
       ->check(finite_range(1e-30, 1e30))
       ->capture_default_str();
   command->footer(
@@ -111,6 +114,10 @@ std::string document(const MattesFlags& flags, const RainMattes& mattes,
   return json.dump(2) + "\n";
 }
 
+void cut(Image& frame, float most) {
+  for (float& value : frame.values) value = std::min(value, most);
+}
+
 void write_all(const std::string& folder, const MattesFlags& flags, const RainMattes& mattes,
                const std::vector<RainStroke>& strokes) {
   make_folder(folder + "/mattes");
@@ -133,7 +140,9 @@ std::string find_mattes(const MattesFlags& flags,
                         const std::function<void(const std::string&, double)>& progress) {
   if (std::filesystem::exists(flags.out))  // before the minutes of work
     throw std::runtime_error(flags.out + ": is there already; expected a folder to be made");
-  const std::vector<Image> frames = read_clip(flags.video, flags.frames);
+  // Uncut, the edge of a lamp a thousand times as bright as the rain would be all of E.
+  std::vector<Image> frames = read_clip(flags.video, flags.frames);
+  for (Image& frame : frames) cut(frame, static_cast<float>(flags.settings.white));
   RainMattes mattes;
   try {
     mattes = rain_mattes(frames, flags.settings, progress);

@@ -203,15 +203,26 @@ std::vector<RainStroke> strokes_of(const Upright& upright, double least, int fra
   return strokes;
 }
 
+// That one pixel in a thousand exceeds.
+double strongest_matte(const std::vector<Image>& mattes) {
+  std::vector<float> values;
+  for (const Image& matte : mattes)
+    values.insert(values.end(), matte.values.begin(), matte.values.end());
+  if (values.empty()) return 0;
+  const auto place = values.end() - 1 - static_cast<std::ptrdiff_t>(values.size() / 1000);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
 void check_settings(const StrokeSettings& settings) {
   const bool fits = settings.opening_px >= 1 && settings.opening_px % 2 == 1 &&
-                    settings.blur_px >= 0 && settings.blur_px <= 100 && settings.least_matte > 0 &&
-                    settings.least_matte <= 1;
+                    settings.blur_px >= 0 && settings.blur_px <= 100 && settings.least_share > 0 &&
+                    settings.least_share <= 1;
   if (fits) return;
   throw std::runtime_error(fmt::format(
-      "rain_strokes: opening_px = {}, blur_px = {}, least_matte = {}; expected an odd number >= 1, "
+      "rain_strokes: opening_px = {}, blur_px = {}, least_share = {}; expected an odd number >= 1, "
       "0 .. 100 and a number above 0, at most 1",
-      settings.opening_px, settings.blur_px, settings.least_matte));
+      settings.opening_px, settings.blur_px, settings.least_share));
 }
 
 }  // namespace
@@ -220,9 +231,10 @@ std::vector<RainStroke> rain_strokes(const std::vector<Image>& mattes, double le
                                      const StrokeSettings& settings) {
   check_settings(settings);
   std::vector<std::vector<RainStroke>> frames(mattes.size());
+  const double least = settings.least_share * strongest_matte(mattes);
+  if (least == 0) return {};
   tbb::parallel_for(std::size_t{0}, mattes.size(), [&](std::size_t k) {
-    frames[k] = strokes_of(upright_of(mattes[k], lean_deg, settings), settings.least_matte,
-                           static_cast<int>(k));
+    frames[k] = strokes_of(upright_of(mattes[k], lean_deg, settings), least, static_cast<int>(k));
   });
   std::vector<RainStroke> strokes;
   for (const auto& frame : frames) strokes.insert(strokes.end(), frame.begin(), frame.end());

@@ -15,9 +15,11 @@
 namespace pluvia {
 
 struct StrokeSettings {
-  int opening_px = 7;         // odd, >= 1: length of the line
-  double blur_px = 1.5;       // >= 0: standard deviation of the blur along the fall
-  double least_matte = 0.05;  // 0 .. 1, the threshold
+  int opening_px = 7;    // odd, >= 1: length of the line
+  double blur_px = 1.5;  // >= 0: standard deviation of the blur along the fall
+  // The threshold, 0 .. 1 of the matte that one pixel in a thousand exceeds, over all frames: the
+  // scale of mattes may not be known (validate/rain_mattes.h).
+  double least_share = 0.2;
 };
 
 struct RainStroke {
