@@ -11,6 +11,7 @@
 #include "raytrace/depth_of_field.h"
 #include "raytrace/rain_fog.h"
 #include "raytrace/spherical_harmonics.h"
+#include "raytrace/streak_geometry.h"
 #include "realtime/far_field.h"
 #include "realtime/rain_look.h"
 #include "realtime/to_glm.h"
@@ -98,14 +99,6 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (options.finest_level < 0 || options.finest_level >= atlas.levels)
     throw std::runtime_error(
         fmt::format("finest_level = {}; expected 0 .. {}", options.finest_level, atlas.levels - 1));
-}
-
-StreakGeometry streak_geometry(const StreakAtlas& atlas) {
-  return {.pixel_m = atlas.pixel_m,
-          .cell_width_px = static_cast<double>(atlas.cell_width_px),
-          .exposure_s = atlas.exposure_s,
-          .path_top_row = atlas.views.at(0).path_top_row,
-          .mean_radius_m = atlas.mean_radius_m};
 }
 
 int coarsest_level(const StreakAtlas& atlas) {

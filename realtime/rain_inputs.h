@@ -13,7 +13,6 @@
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 #include "raytrace/sky_light.h"
-#include "raytrace/streak_placement.h"
 #include "realtime/gpu_scene.h"
 #include "realtime/rain_renderer.h"
 
@@ -55,8 +54,6 @@ struct GpuDropGroup {  // DropGroup of rain_drops.glsl
 // Throws std::runtime_error for options out of range, an atlas without layers, views or lights, and
 // an exposure in which a drop falls less than its own diameter: that is no streak.
 void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
-
-StreakGeometry streak_geometry(const StreakAtlas& atlas);
 
 // A streak has at least four columns, however thin it is: one that straddles two pixels in front of
 // a bright lamp goes wrong else (relative RMSE of the street's rain against the exact composite

@@ -11,6 +11,7 @@
 
 #include "raytrace/drop_field.h"
 #include "raytrace/sphere_closed_form.h"
+#include "raytrace/streak_geometry.h"
 #include "tests/synthetic_atlas.h"
 #include "validate/drop_trial.h"
 #include "validate/frame_composite.h"
@@ -19,17 +20,6 @@ namespace pluvia {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-// The numbers of preview.toml, pictures made up.
-StreakAtlas made_up_atlas(int layers) {
-  StreakAtlas atlas = synthetic_atlas(
-      {.cell_width_px = 16, .levels = 4, .layers = layers, .path_rows = 247, .margin_rows = 9});
-  atlas.exposure_s = 1.0 / 60;
-  atlas.fall_speed_m_s = 8.49;
-  atlas.pixel_m = 2.0 / 7000;
-  atlas.mean_radius_m = 1.6e-3;
-  return atlas;
-}
 
 Scene three_drops(const StreakAtlas& atlas) {
   return scene_of({.drops = {{13, -17, 5, 0}, {27, 3, 4, 1}, {38, 21, 6, 2}},
@@ -69,7 +59,7 @@ TEST(DirectLight, ASphereHasTheLightOfTheClosedForm) {
       scene_of({.drops = {{20, 0, 5, 0}}, .suns = {{{13, 140}, {40, 103}, {67, 61}}}}, atlas);
   const DropLight light = direct_light(scene, atlas, preset, 2);
   const auto placed = place_streak(scene, drop_field(scene, make_rain_space(scene), 10, 0).at(0),
-                                   geometry_of(atlas));
+                                   streak_geometry(atlas));
   const double texel_px2 = std::abs(placed->column_px.x() * placed->row_px.y() -
                                     placed->column_px.y() * placed->row_px.x());
   const double disc_px2 = pi * std::pow(1.6e-3 / atlas.pixel_m, 2) * texel_px2;

@@ -9,6 +9,7 @@
 
 #include "raytrace/drop_field.h"
 #include "raytrace/fall_frame.h"
+#include "raytrace/streak_geometry.h"
 #include "raytrace/streak_placement.h"
 #include "realtime/cumulative_atlas.h"
 #include "realtime/rain_inputs.h"

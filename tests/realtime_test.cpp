@@ -11,6 +11,7 @@
 #include "atlas/atlas_lookup.h"
 #include "atlas/atomic_file.h"
 #include "raytrace/drop_field.h"
+#include "raytrace/streak_geometry.h"
 #include "raytrace/streak_placement.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"

@@ -130,4 +130,16 @@ inline const StreakAtlas& quarter_atlas() {
   return atlas;
 }
 
+// The numbers of preview.toml, pictures made up.
+inline StreakAtlas made_up_atlas(int layers) {
+  StreakAtlas atlas = synthetic_atlas(
+      {.cell_width_px = 16, .levels = 4, .layers = layers, .path_rows = 247, .margin_rows = 9});
+  atlas.exposure_s = 1.0 / 60;
+  atlas.fall_speed_m_s = 8.49;
+  atlas.pixel_m = 2.0 / 7000;
+  atlas.mean_radius_m = 1.6e-3;
+  atlas.diameter_um = 3200;
+  return atlas;
+}
+
 }  // namespace pluvia

@@ -12,6 +12,7 @@
 #include "raytrace/generate.h"
 #include "raytrace/preset.h"
 #include "raytrace/sphere_transfer.h"
+#include "raytrace/streak_geometry.h"
 #include "raytrace/streak_placement.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"

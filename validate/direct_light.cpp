@@ -9,7 +9,8 @@
 
 #include "raytrace/drop_field.h"
 #include "raytrace/streak_accuracy.h"
-#include "raytrace/streak_placement.h"
+#include "raytrace/streak_geometry.h"
+#include "validate/format_prices.h"
 #include "validate/streak_prices.h"
 
 namespace pluvia {
@@ -26,7 +27,7 @@ std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atla
       drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
   std::vector<PlacedDrop> result;
   for (const Drop& drop : drops) {
-    const auto placed = place_streak(scene, drop, geometry_of(atlas));
+    const auto placed = place_streak(scene, drop, streak_geometry(atlas));
     if (!placed) throw std::runtime_error(fmt::format("drop {} is not in view", drop.id));
     Eigen::Matrix2d texel;
     texel << placed->column_px, placed->row_px;
@@ -60,13 +61,7 @@ std::array<double, 3> light_of(const PlacedDrop& drop, Of of) {
 
 double cell_total(const StreakAtlas& atlas, int layer, int view, int light) {
   const AtlasCell found = finest_cell(atlas, layer, light, 0);
-  const CellRect cell = cell_rect(atlas, view, found.column, 0);
-  double sum = 0;
-  for (int y = cell.y; y < cell.y + cell.height; ++y) {
-    for (int x = cell.x; x < cell.x + cell.width; ++x)
-      sum += static_cast<double>(found.picture.at(x, y));
-  }
-  return sum;
+  return total(cell_of(atlas, found.picture, view, found.column, 0));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/drop_field.h"
-#include "raytrace/streak_placement.h"
+#include "raytrace/streak_geometry.h"
 
 namespace pluvia {
 namespace {
@@ -131,20 +131,12 @@ Scene scene_of(const DropsScene& drops, const StreakAtlas& atlas) {
   return scene;
 }
 
-StreakGeometry geometry_of(const StreakAtlas& atlas) {
-  return {.pixel_m = atlas.pixel_m,
-          .cell_width_px = static_cast<double>(atlas.cell_width_px),
-          .exposure_s = atlas.exposure_s,
-          .path_top_row = atlas.views.at(0).path_top_row,
-          .mean_radius_m = atlas.mean_radius_m};
-}
-
 std::vector<StreakMask> rectangles_of(const Scene& scene, const StreakAtlas& atlas) {
   const auto drops =
       drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
   std::vector<StreakMask> masks;
   for (const Drop& drop : drops) {
-    const auto placed = place_streak(scene, drop, geometry_of(atlas));
+    const auto placed = place_streak(scene, drop, streak_geometry(atlas));
     if (!placed) throw std::runtime_error(fmt::format("drop {} is not in view", drop.id));
     const StreakMask mask = rectangle_of(*placed, atlas);
     if (!inside(mask, scene.camera))

@@ -19,7 +19,6 @@
 #include "raytrace/preset.h"
 #include "raytrace/reference_picture.h"
 #include "raytrace/scene.h"
-#include "raytrace/streak_placement.h"
 #include "validate/metrics.h"
 #include "validate/streak_flux.h"
 
@@ -46,8 +45,6 @@ struct DropsScene {
 // Of drops that fall as fast, as large and for as long as those of the atlas, seen by a camera at
 // the origin that looks north and 20 degrees down, 256 x 256 px of 60 degrees.
 Scene scene_of(const DropsScene& drops, const StreakAtlas& atlas);
-
-StreakGeometry geometry_of(const StreakAtlas& atlas);
 
 // The rectangles that hold the streaks, 4 px wider than the streak's picture. Throws
 // std::runtime_error where one leaves the picture or meets another.

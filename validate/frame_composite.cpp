@@ -11,7 +11,7 @@
 #include "atlas/atlas_lookup.h"
 #include "atlas/image_io.h"
 #include "raytrace/rain_fog.h"
-#include "raytrace/streak_placement.h"
+#include "raytrace/streak_geometry.h"
 #include "validate/streak_footprint.h"
 
 namespace pluvia {
@@ -123,11 +123,7 @@ struct PlacedDrop {
 // Farthest first.
 std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atlas,
                                      const std::vector<Drop>& drops) {
-  const StreakGeometry geometry = {.pixel_m = atlas.pixel_m,
-                                   .cell_width_px = static_cast<double>(atlas.cell_width_px),
-                                   .exposure_s = atlas.exposure_s,
-                                   .path_top_row = atlas.views.at(0).path_top_row,
-                                   .mean_radius_m = atlas.mean_radius_m};
+  const StreakGeometry geometry = streak_geometry(atlas);
   std::vector<PlacedDrop> placed;
   for (const Drop& drop : drops) {
     const int segments = segment_times(scene.camera.exposure_s, drop.r0_m, geometry).count;
