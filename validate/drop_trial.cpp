@@ -31,6 +31,15 @@ ReferenceSettings reference_settings(double samples_per_px) {
           .samples_per_px = samples_per_px};
 }
 
+Frame rendered(std::optional<RainRenderer>& renderer, const Scene& scene, const StreakAtlas& atlas,
+               const RenderOptions& options) {
+  if (renderer)
+    renderer->remake(scene, atlas, options);
+  else
+    renderer.emplace(scene, atlas, options);
+  return renderer->render(0);
+}
+
 DropTrial trial_of(const DropsScene& drops, const StreakAtlas& atlas, const Preset& preset,
                    const ReferenceOptions& options, const ReferenceSettings& settings) {
   DropTrial trial = {.scene = scene_of(drops, atlas)};

@@ -1,9 +1,12 @@
 // A scene of single drops with its reference, and how far a picture of the same drops is from it.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "realtime/rain_renderer.h"
 #include "validate/check.h"
 #include "validate/drop_by_drop.h"
 
@@ -19,6 +22,15 @@ ReferenceOptions reference_options(const Preset& preset);
 // So many samples a drop and pass, whatever its size in the picture; nothing but black or one
 // radiance is behind the drops, which needs no samples.
 ReferenceSettings reference_settings(double samples_per_px);
+
+// Behind the drop, at its side, in front: the three ways in which a lamp makes a streak. Directions
+// of the database for drops at bearings that are multiples of 20 degrees.
+constexpr std::array<SunDirection, 3> suns_of_database = {{{10, 150}, {30, 110}, {50, 50}}};
+
+// At time 0. The renderer is made when first asked, and remade from then on: what it holds of the
+// atlas stays.
+Frame rendered(std::optional<RainRenderer>& renderer, const Scene& scene, const StreakAtlas& atlas,
+               const RenderOptions& options = {});
 
 struct DropTrial {
   Scene scene = {};

@@ -41,13 +41,7 @@ struct FrameJudge {
   std::vector<DistanceTag> tags = {};
   std::optional<RainRenderer> renderer = {};
 
-  Frame render(const RenderOptions& options) {
-    if (renderer)
-      renderer->remake(scene, atlas, options);
-    else
-      renderer.emplace(scene, atlas, options);
-    return renderer->render(0);
-  }
+  Frame render(const RenderOptions& options) { return rendered(renderer, scene, atlas, options); }
 
   Distance price(const std::string& what, const Frame& frame) {
     const Distance distance = frame_distance(rain_layer(frame.color, frame.background), truth);

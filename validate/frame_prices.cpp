@@ -79,11 +79,10 @@ Scene with_lamps(Scene scene, double distance_m) {
   return scene;
 }
 
-constexpr std::array<SunDirection, 3> suns = {{{10, 150}, {30, 110}, {50, 50}}};
 constexpr std::array<int, 2> sets = {3, 7};
 
 DropsScene one_drop(int set, double distance_m) {
-  return {.drops = {{20, 0, distance_m, set}}, .suns = suns};
+  return {.drops = {{20, 0, distance_m, set}}, .suns = suns_of_database};
 }
 
 // So many samples as at 6 m, whatever the size of the streak.
@@ -144,6 +143,7 @@ Table distance_table(const std::string& title, const std::vector<DistanceTag>& t
 
 std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset& preset) {
   std::vector<DistanceTag> tags;
+  std::optional<RainRenderer> renderer;
   ReferenceOptions options = reference_options(preset);
   options.most_order = preset.field.paths.max_order;
   for (const double distance_m : {6.0, 2.0, 1.0, 0.5, 0.3}) {
@@ -151,8 +151,8 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
     for (const int set : sets) {
       const DropTrial trial =
           trial_of(one_drop(set, distance_m), atlas, preset, options, settings_at(distance_m));
-      RainRenderer renderer(trial.scene, atlas);
-      const auto more = fluxes_of(light_in(renderer.render(0).rain, trial.masks), trial.truth);
+      const Image ours = rendered(renderer, trial.scene, atlas).rain;
+      const auto more = fluxes_of(light_in(ours, trial.masks), trial.truth);
       fluxes.insert(fluxes.end(), more.begin(), more.end());
     }
     tags.push_back({fmt::format("one view for a streak, {} m away", distance_m),
@@ -162,27 +162,29 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
 }
 
 std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset) {
-  std::vector<DistanceTag> tags;
   ReferenceOptions options = reference_options(preset);
   options.most_order = preset.field.paths.max_order;
   constexpr double seen_from_m = 4;
-  for (const double lamp_m : {4.0, 2.0, 1.0, 0.5, 0.25}) {
-    std::vector<StreakFlux> fluxes;
-    for (const int set : sets) {
-      const Scene far = scene_of(one_drop(set, seen_from_m), atlas);
-      const auto masks = rectangles_of(far, atlas);
-      const int count = static_cast<int>(atlas.layers.size());
-      const ReferenceSettings settings = settings_at(seen_from_m);
-      const auto suns_light = reference_light(far, preset, count, masks, options, settings);
+  constexpr std::array<double, 5> lamps_m = {4, 2, 1, 0.5, 0.25};
+  const ReferenceSettings settings = settings_at(seen_from_m);
+  const int count = static_cast<int>(atlas.layers.size());
+  std::array<std::vector<StreakFlux>, lamps_m.size()> fluxes;
+  for (const int set : sets) {
+    const Scene far = scene_of(one_drop(set, seen_from_m), atlas);
+    const auto masks = rectangles_of(far, atlas);
+    const auto ours = reference_light(far, preset, count, masks, options, settings);
+    for (std::size_t k = 0; k < lamps_m.size(); ++k) {
       const auto truth =
-          reference_light(with_lamps(far, lamp_m), preset, count, masks, options, settings);
+          reference_light(with_lamps(far, lamps_m[k]), preset, count, masks, options, settings);
       for (std::size_t c = 0; c < 3; ++c)
-        fluxes.push_back({suns_light.light[0][c], truth.light[0][c],
-                          std::hypot(suns_light.standard_error[0][c], truth.standard_error[0][c])});
+        fluxes[k].push_back({ours.light[0][c], truth.light[0][c],
+                             std::hypot(ours.standard_error[0][c], truth.standard_error[0][c])});
     }
-    tags.push_back({fmt::format("a lamp {} m away as its direction at mid path", lamp_m),
-                    "the lamp where it is, both by the reference", distance_of(fluxes)});
   }
+  std::vector<DistanceTag> tags;
+  for (std::size_t k = 0; k < lamps_m.size(); ++k)
+    tags.push_back({fmt::format("a lamp {} m away as its direction at mid path", lamps_m[k]),
+                    "the lamp where it is, both by the reference", distance_of(fluxes[k])});
   return tags;
 }
 

@@ -20,9 +20,6 @@
 namespace pluvia {
 namespace {
 
-// Behind the drop, at its side, in front: the three ways in which a lamp makes a streak.
-constexpr std::array<SunDirection, 3> suns_of_database = {{{10, 150}, {30, 110}, {50, 50}}};
-
 // A sixth, a half and five sixths of the way from one height of the database's lights to the next;
 // azimuths go with the bearings of the drops.
 constexpr std::array<SunDirection, 3> suns_between = {{{13, 140}, {40, 103}, {67, 61}}};
@@ -70,11 +67,7 @@ struct Judge {
                            "sum of all light over the reference's"}};
 
   Image real_time(const Scene& scene, const RenderOptions& options = {}) {
-    if (renderer)
-      renderer->remake(scene, atlas, options);
-    else
-      renderer.emplace(scene, atlas, options);
-    return renderer->render(0).rain;
+    return rendered(renderer, scene, atlas, options).rain;
   }
 
   Distance price(const DropTrial& trial, const Image& picture, const std::string& where,
