@@ -23,17 +23,6 @@ double ring_share(double angle, double centre, double cone) {
   return std::acos(std::clamp(c, -1.0, 1.0)) / pi;
 }
 
-// The angle of incidence between two whose deviations lie on either side of `target`.
-double incidence_rad(double refractive_index, int order, double target, double low, double high) {
-  const bool rises = sphere_deviation_rad(refractive_index, order, high) > target;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    const bool above = sphere_deviation_rad(refractive_index, order, middle) > target;
-    (above == rises ? high : low) = middle;
-  }
-  return low;
-}
-
 double ray_intensity(double refractive_index, int order, double incidence) {
   const double b = std::sin(incidence), cr = std::sqrt(1 - std::pow(b / refractive_index, 2));
   // d deviation / d i; b db = sin i cos i di.
@@ -58,7 +47,7 @@ void for_each_ray(double refractive_index, int order, double angle_rad, Visit vi
       for (const double sign : {1.0, -1.0}) {
         const double image = 2 * pi * turn + sign * angle_rad;
         if ((from < image) == (to < image)) continue;
-        const double incidence = incidence_rad(refractive_index, order, image, i, j);
+        const double incidence = sphere_incidence_rad(refractive_index, order, image, i, j);
         visit(ray_intensity(refractive_index, order, incidence),
               (order == 0 ? sign : -sign) * std::sin(incidence));
       }
@@ -72,6 +61,20 @@ double sphere_deviation_rad(double refractive_index, int order, double incidence
   if (order == 0) return pi - 2 * incidence_rad;
   const double r = std::asin(std::sin(incidence_rad) / refractive_index);
   return 2 * incidence_rad - 2 * order * r + (order - 1) * pi;
+}
+
+double sphere_incidence_rad(double refractive_index, int order, double deviation_rad, double low,
+                            double high) {
+  const auto deviation = [&](double incidence_rad) {
+    return sphere_deviation_rad(refractive_index, order, incidence_rad);
+  };
+  const bool rises = deviation(high) > deviation(low);
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    const bool above = deviation(middle) > deviation_rad;
+    (above == rises ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
 }
 
 double sphere_order_intensity(double refractive_index, int order, double angle_rad) {

@@ -17,6 +17,11 @@ double sphere_throughput(double refractive_index, int order, double impact);
 // Of a ray, not folded: D_p above. incidence_rad in [0, pi / 2].
 double sphere_deviation_rad(double refractive_index, int order, double incidence_rad);
 
+// The angle of incidence between `low` and `high` at which the deviation, monotone there, is
+// `deviation_rad`; the nearer end where it is not reached.
+double sphere_incidence_rad(double refractive_index, int order, double deviation_rad, double low,
+                            double high);
+
 // Scattering angle folded to [0, pi]: 0 is forward.
 double sphere_scattering_angle_rad(double refractive_index, int order, double impact);
 

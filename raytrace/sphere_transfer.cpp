@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -31,7 +30,7 @@ double throughput(const SphereTransferOptions& options, int order, double incide
   return order == 0 ? r : (1 - r) * (1 - r) * std::pow(r, order - 1);
 }
 
-// integral over the angle of incidence of throughput x visit(i) d(sin^2 i), by Gauss' rule of five
+// integral over the angle of incidence of throughput x weight(i) d(sin^2 i), by Gauss' rule of five
 // points on pieces of at most 0.01: throughput is analytic there, and the rule's error below 1e-15.
 template <typename Weight>
 double integral(const SphereTransferOptions& options, int order, double from, double to,
@@ -55,18 +54,6 @@ double integral(const SphereTransferOptions& options, int order, double from, do
   return sum;
 }
 
-// The angle of incidence between two at which the deviation, monotone there, is `target`.
-double incidence_at(double index, int order, double target, double low, double high) {
-  const bool rises =
-      sphere_deviation_rad(index, order, high) > sphere_deviation_rad(index, order, low);
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    const bool above = sphere_deviation_rad(index, order, middle) > target;
-    (above == rises ? high : low) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 // Angles of incidence in (0, pi / 2) where the deviation turns, or passes a multiple of pi, with 0
 // and pi / 2: between neighbours the folded angle is monotone and D finite.
 std::vector<double> folds(double index, int order) {
@@ -83,7 +70,7 @@ std::vector<double> folds(double index, int order) {
          fold += pi) {
       // The ends themselves are multiples of pi: not to be cut again.
       if (std::min(std::abs(fold - from), std::abs(fold - to)) < 1e-9) continue;
-      cuts.push_back(incidence_at(index, order, fold, turns[k], turns[k + 1]));
+      cuts.push_back(sphere_incidence_rad(index, order, fold, turns[k], turns[k + 1]));
     }
     std::sort(cuts.begin(), cuts.end());
     all.insert(all.end(), cuts.begin(), cuts.end());
@@ -107,8 +94,8 @@ double incidence_of(double index, int order, const Rays& rays, double angle) {
   const double deviation = sphere_deviation_rad(index, order, 0.5 * (rays.from + rays.to));
   const double turn = std::floor(deviation / pi);
   const bool upward = std::fmod(std::abs(turn), 2) == 0;
-  return incidence_at(index, order, upward ? turn * pi + angle : (turn + 1) * pi - angle, rays.from,
-                      rays.to);
+  return sphere_incidence_rad(index, order, upward ? turn * pi + angle : (turn + 1) * pi - angle,
+                              rays.from, rays.to);
 }
 
 // The part of the rays with those angles.
@@ -187,18 +174,15 @@ double transfer_at(const std::vector<double>& table, double angle_rad) {
 
 std::vector<double> transfer_harmonics(const SphereTransferOptions& options, int degree) {
   require_sane(options);
-  std::vector<double> harmonics;
-  for (int l = 0; l <= degree; ++l) {
-    double sum = 0;
-    for (int order = 0; order < options.terms; ++order) {
-      const auto legendre = [&](double i) {
-        const double angle = sphere_deviation_rad(options.refractive_index, order, i);
-        return std::legendre(static_cast<unsigned>(l), std::cos(angle));
-      };
-      for (const Rays& rays : rays_of(options, order))
-        sum += integral(options, order, rays.from, rays.to, legendre);
+  std::vector<double> harmonics(static_cast<std::size_t>(degree) + 1, 0.0);
+  for (int order = 0; order < options.terms; ++order) {
+    for (const Rays& rays : rays_of(options, order)) {
+      for (std::size_t l = 0; l < harmonics.size(); ++l)
+        harmonics[l] += integral(options, order, rays.from, rays.to, [&](double i) {
+          const double angle = sphere_deviation_rad(options.refractive_index, order, i);
+          return std::legendre(static_cast<unsigned>(l), std::cos(angle));
+        });
     }
-    harmonics.push_back(sum);
   }
   return harmonics;
 }
