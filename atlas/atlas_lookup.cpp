@@ -73,6 +73,12 @@ FoldedAngles fold_angles(double view_elevation_deg, double light_elevation_deg,
   return folded;
 }
 
+const char* lookup_name(LookupMode mode) {
+  return mode == LookupMode::nearest       ? "nearest"
+         : mode == LookupMode::view_linear ? "view-linear"
+                                           : "trilinear";
+}
+
 CellChoice choose_cells(const StreakAtlas& atlas, const FoldedAngles& angles) {
   assert(!atlas.views.empty() && !atlas.lights.empty());
   CellChoice choice = {.light = nearest_light(atlas, angles)};

@@ -40,6 +40,9 @@ enum class LookupMode {
   trilinear     // 8: linear between two views, two light elevations and two azimuths
 };
 
+// "nearest", "view-linear", "trilinear": as flags and figures name them.
+const char* lookup_name(LookupMode mode);
+
 // Two neighbouring views with weights that sum to 1 (linear in elevation; beyond the last view:
 // that view alone), and the nearest light direction (smallest angle between directions; ties: lower
 // index).

@@ -11,18 +11,12 @@
 #include <zlib.h>
 
 #include "atlas/atomic_file.h"
+#include "atlas/oiio_message.h"
 
 namespace pluvia {
 namespace {
 
 constexpr const char* png_name = "memory.png";
-
-// OpenImageIO's messages may span lines and end with one.
-std::string one_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "unknown reason" : text;
-}
 
 [[noreturn]] void throw_unreadable(const std::string& file, const std::string& why) {
   throw std::runtime_error(

@@ -51,6 +51,10 @@ StreakRequest at_accuracy_level(StreakRequest request, int level) {
   return request;
 }
 
+std::size_t rank_90(std::size_t count) {
+  return (9 * count + 9) / 10 - 1;
+}
+
 double estimated_error(const TracedStreak& streak) {
   std::vector<double> errors;
   for (const StreakImage& image : streak.light) {
@@ -59,7 +63,7 @@ double estimated_error(const TracedStreak& streak) {
     if (!dark) errors.push_back(estimated_relative_error(image));
   }
   if (errors.empty()) return 0;
-  const std::size_t rank = (9 * errors.size() + 9) / 10 - 1;
+  const std::size_t rank = rank_90(errors.size());
   std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(rank),
                    errors.end());
   return errors[rank];

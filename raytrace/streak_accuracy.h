@@ -22,7 +22,10 @@ constexpr double shared_error = 0.003;
 // Slices follow the rows of the path and the periods of the drop.
 StreakRequest at_accuracy_level(StreakRequest request, int level);
 
-// 90th percentile over the lights of the estimated relative error (the nearest rank; dark lights,
+// Of so many values in order, the place of the 90th percentile: the nearest rank. count >= 1.
+std::size_t rank_90(std::size_t count);
+
+// 90th percentile over the lights of the estimated relative error (rank_90; dark lights,
 // whose error has no meaning, left out). 0 without lights.
 double estimated_error(const TracedStreak& streak);
 

@@ -11,6 +11,7 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
+#include "atlas/oiio_message.h"
 #include "atlas/rec709.h"
 
 namespace pluvia {
@@ -20,12 +21,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& found_and_expected) {
   throw std::runtime_error(file + ": " + found_and_expected);
-}
-
-std::string one_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "unknown reason" : text;
 }
 
 std::unique_ptr<OIIO::ImageInput> opened(const std::string& file) {

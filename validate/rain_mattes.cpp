@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include "validate/matte_steps.h"
+#include "validate/median.h"
 
 namespace pluvia {
 namespace {
@@ -74,20 +75,14 @@ MatteClip clip_of(const std::vector<Image>& frames, double white) {
   return clip;
 }
 
-// The value that one pixel in a thousand exceeds.
-double brightest_of(PixelValues light) {
-  const auto place = light.end() - 1 - light.size() / 1000;
-  std::nth_element(light.begin(), place, light.end());
-  return *place;
-}
-
 MatteUnknowns starting_point(const MatteClip& clip, const Image& median, double white) {
   const auto none = PixelValues::Zero(clip.width * clip.height);
   MatteUnknowns unknowns = {.mattes = std::vector<PixelValues>(clip.light.size(), none),
                             .background = channels_of(median, white)};
   for (const std::vector<PixelValues>& frame : clip.light) {
     unknowns.rain.push_back({});
-    for (std::size_t c = 0; c < frame.size(); ++c) unknowns.rain.back()[c] = brightest_of(frame[c]);
+    for (std::size_t c = 0; c < frame.size(); ++c)
+      unknowns.rain.back()[c] = exceeded_by_a_thousandth(frame[c]);
   }
   return unknowns;
 }

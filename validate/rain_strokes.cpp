@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "validate/median.h"
 #include "validate/picture_planes.h"
 
 namespace pluvia {
@@ -208,10 +209,7 @@ double strongest_matte(const std::vector<Image>& mattes) {
   std::vector<float> values;
   for (const Image& matte : mattes)
     values.insert(values.end(), matte.values.begin(), matte.values.end());
-  if (values.empty()) return 0;
-  const auto place = values.end() - 1 - static_cast<std::ptrdiff_t>(values.size() / 1000);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
+  return values.empty() ? 0 : static_cast<double>(exceeded_by_a_thousandth(std::move(values)));
 }
 
 void check_settings(const StrokeSettings& settings) {

@@ -57,12 +57,6 @@ Scene with_reach(Scene scene, double reach) {
   return scene;
 }
 
-const char* lookup_name(LookupMode mode) {
-  return mode == LookupMode::nearest       ? "nearest"
-         : mode == LookupMode::view_linear ? "view-linear"
-                                           : "trilinear";
-}
-
 Drawn drawn(const std::string& series, const RenderOptions& options) {
   const std::string lookup = lookup_name(options.lookup);
   return {.point = {.series = series, .setting = lookup, .flags = "--lookup " + lookup},

@@ -7,18 +7,10 @@
 
 #include <tbb/parallel_for.h>
 
+#include "raytrace/streak_accuracy.h"
 #include "validate/batch_judge.h"
 
 namespace pluvia {
-namespace {
-
-// That of nearest rank, as raytrace/streak_accuracy.h has it.
-std::size_t rank_90(std::size_t count) {
-  return (9 * count + 9) / 10 - 1;
-}
-
-}  // namespace
-
 std::vector<double> pixels_of(const StreakImage& image) {
   return {image.mean.begin(), image.mean.end()};
 }

@@ -69,12 +69,6 @@ Cost measure(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& 
   return cost;
 }
 
-const char* lookup_name(LookupMode mode) {
-  return mode == LookupMode::nearest       ? "nearest"
-         : mode == LookupMode::view_linear ? "view-linear"
-                                           : "trilinear";
-}
-
 struct Row {
   double drops = 0;
   std::string path = {};  // packets of the streaks, or the path of 2010
