@@ -19,7 +19,7 @@
 #include "atlas/image_io.h"
 #include "raytrace/sky_light.h"
 #include "raytrace/sphere_transfer.h"
-#include "tests/bench/median.h"
+#include "validate/median.h"
 
 namespace pluvia {
 namespace {
