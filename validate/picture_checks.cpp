@@ -141,8 +141,8 @@ void add_flux_check(const std::string& prefix, const ComparedPictures& pictures,
           exact + of_brightness));
 }
 
-Table table_of(const PictureComparison& found) {
-  Table table = {"How far the frame is from the exact composite, pixel by pixel",
+Table table_of(const std::string& prefix, const PictureComparison& found) {
+  Table table = {fmt::format("How far the {} is from the exact composite, pixel by pixel", prefix),
                  {"distance", "mean", "median", "90 %", "99 %", "largest"},
                  {}};
   const auto row = [&](const char* name, const MapSummary& map) {
@@ -161,9 +161,10 @@ Table table_of(const PictureComparison& found) {
   return table;
 }
 
-Comparison comparison_of(const ComparedPictures& pictures, const PictureComparison& found) {
+Comparison comparison_of(const std::string& prefix, const ComparedPictures& pictures,
+                         const PictureComparison& found) {
   Comparison comparison = {
-      .title = "The frame against the exact composite",
+      .title = fmt::format("The {} against the exact composite", prefix),
       .text =
           "Both as a screen shows them, and maps of each error: white is four times what 99 of "
           "100 pixels do not exceed.",
@@ -193,8 +194,8 @@ void add_picture_checks(const std::string& prefix, const ComparedPictures& pictu
   add_radiance_checks(prefix, pictures, found, report);
   add_flux_check(prefix, pictures, found, report);
   add_crowd_checks(prefix, found, report);
-  report.tables.push_back(table_of(found));
-  report.comparisons.push_back(comparison_of(pictures, found));
+  report.tables.push_back(table_of(prefix, found));
+  report.comparisons.push_back(comparison_of(prefix, pictures, found));
 }
 
 }  // namespace pluvia
