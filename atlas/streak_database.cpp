@@ -100,9 +100,10 @@ void check_transfer(const std::string& file, const Shard& shard) {
   std::size_t degree = 0;
   while (degree * degree < shard.transfer.size()) ++degree;
   if (degree * degree == shard.transfer.size()) return;
-  throw std::runtime_error(fmt::format("{}: {} transfer pictures; expected 1, 4, 9, 16 or another "
-                                       "square, or none",
-                                       file, shard.transfer.size()));
+  throw std::runtime_error(
+      fmt::format("{}: {} transfer pictures; expected 1, 4, 9, 16 or another "
+                  "square, or none",
+                  file, shard.transfer.size()));
 }
 
 std::vector<ExrPart> parts_of(const std::string& file, const Shard& shard) {
@@ -231,6 +232,20 @@ std::vector<LightDirection> gn2006_light_directions() {
     }
   }
   lights.push_back({.elevation_deg = 90, .azimuth_deg = 170});
+  return lights;
+}
+
+std::vector<LightDirection> light_grid(int step_deg) {
+  if (step_deg == 20) return gn2006_light_directions();
+  if (step_deg != 10 && step_deg != 5)
+    throw std::invalid_argument(
+        fmt::format("light_grid: {} degrees; expected 20, 10 or 5", step_deg));
+  std::vector<LightDirection> lights = {{-90, 170}};
+  for (int elevation = -90 + step_deg; elevation < 90; elevation += step_deg) {
+    for (int azimuth = 0; azimuth <= 180; azimuth += step_deg)
+      lights.push_back({elevation, azimuth});
+  }
+  lights.push_back({90, 170});
   return lights;
 }
 

@@ -38,6 +38,12 @@ struct LightDirection {
 // elevations -70..70 step 20, that is +-10 .. +-70, x azimuths 10..170 step 20, and +-90 with 170.
 std::vector<LightDirection> gn2006_light_directions();
 
+// All directions with elevation and azimuth in whole steps from (first, first): of step 20 the 74
+// above, of 10 and 5 those and the ones between (elevations -90 .. 90, azimuths 0 .. 180; poles
+// once, azimuth 170): 74, 325, 1,297. So each grid holds the coarser ones. Throws
+// std::invalid_argument for another step.
+std::vector<LightDirection> light_grid(int step_deg);
+
 // "light_v+10_h010": the name of its part in a shard and of its image in the manifest.
 std::string light_name(const LightDirection& light);
 
@@ -72,18 +78,18 @@ struct Shard {
   int height_px = 0;
   std::vector<std::string> bands = {"Y"};  // names, ascending
   std::vector<LightDirection> lights = {};
-  std::vector<StreakImage> light = {};  // as many as lights
-  StreakImage env = {};                 // empty vectors where the preset asks for none
+  std::vector<StreakImage> light = {};     // as many as lights
+  StreakImage env = {};                    // empty vectors where the preset asks for none
   std::vector<StreakImage> transfer = {};  // none, or (degree + 1)^2
-  StreakImage coverage = {};            // of one band
+  StreakImage coverage = {};               // of one band
 };
 
 // sqrt(sum of variances / sum of squared means); 0 for an image that is zero everywhere.
 double estimated_relative_error(const StreakImage& image);
 
 // The file's bytes are a function of the shard alone; its name should be shard_name(key) + ".exr",
-// or read_shard refuses it. Refuses NaN, infinity, negative values (but in transfer) and wrong sizes
-// (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
+// or read_shard refuses it. Refuses NaN, infinity, negative values (but in transfer) and wrong
+// sizes (std::runtime_error naming the part and the pixel). Returns the SHA-256 of the file.
 std::string write_shard(const std::string& file, const Shard& shard);
 
 // Throws std::runtime_error "FILE: part NAME: ..." for missing or misnamed parts, unequal sizes,

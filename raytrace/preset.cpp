@@ -128,6 +128,13 @@ void read_light(TomlReader light, Preset& preset) {
                              preset.cone_half_angle_deg, least_cone_deg));
   }
   light.required("max_order", preset.field.paths.max_order, 0, 20);
+  int grid_step_deg = 20;
+  light.optional("grid_step_deg", grid_step_deg, 5, 20);
+  if (20 % grid_step_deg != 0 || grid_step_deg % 5 != 0) {
+    light.refuse("grid_step_deg",
+                 fmt::format("grid_step_deg = {}; expected 20, 10 or 5", grid_step_deg));
+  }
+  preset.lights = light_grid(grid_step_deg);
   if (preset.physical) {
     read_bands(light, *preset.physical);
     preset.field.paths.refractive_index = preset.physical->bands.front().refractive_index;

@@ -77,6 +77,10 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {"[80]", "[-20]", "preset.toml", ":21:1: "},
       {"[0, 3]", "[]", "preset.toml", ":22:1: oscillations is empty; expected"},
       {"[0, 3]", "[0, 4]", "preset.toml", ":22:1: oscillation 4; expected one of"},
+      {"max_order = 2", "max_order = 2\ngrid_step_deg = 15", "preset.toml",
+       ":18:1: grid_step_deg = 15; expected 20, 10 or 5"},
+      {"max_order = 2", "max_order = 2\ngrid_step_deg = 40", "preset.toml",
+       ":18:1: light.grid_step_deg = 40; expected"},
       {"[0, 3]", "[0, 3]\ntransfer_degree = 9", "preset.toml",
        ":23:1: picture.transfer_degree = 9; expected"},
       {"[0, 3]", "[0, 3]\ntransfer_degree = -1", "preset.toml", ":23:1: "},
@@ -101,6 +105,17 @@ TEST(Preset, AConeOfZeroAsksForPointsAtInfinity) {
   EXPECT_EQ(shard_request(preset, {.diameter_um = 3200, .oscillation = 3, .view_elevation_deg = 80})
                 .cone_half_angle_rad,
             0);
+}
+
+TEST(Preset, LightsAreThoseOf2006OrOfTheGridThatIsAskedFor) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(tiny().lights, gn2006_light_directions());
+  EXPECT_EQ(preset_parameters(tiny()).find("lights"), std::string::npos);
+  const Preset finer = read_preset(write_preset(
+      folder.path(), replaced(tiny_preset, "max_order = 2", "max_order = 2\ngrid_step_deg = 10")));
+  EXPECT_EQ(finer.lights, light_grid(10));
+  EXPECT_EQ(shard_request(finer, {3200, 3, 80}).lights, light_grid(10));
+  EXPECT_THAT(preset_parameters(finer), HasSubstr("\"light_v-80_h010\""));
 }
 
 TEST(Preset, TransferIsAParameterWhereItIsAskedForAlone) {

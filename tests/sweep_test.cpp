@@ -397,6 +397,25 @@ TEST_F(SweepMeasured, MeshesErrLessTheFinerTheyAreAndPolishHelps) {
   EXPECT_EQ(error_of(mesh, "analytic"), 0);
 }
 
+TEST_F(SweepMeasured, PicturesOfAnAtlasErrLessTheCloserTheirLightsAndTheMoreTheyMix) {
+  const Sweep atlas = measured("atlas");
+  const std::string coarse = "lights every 20, views every 20, ";
+  const std::string fine = "lights every 10, views every 20, ";
+  const auto error = [&](const std::string& start) {
+    for (const SweepPoint& p : atlas.curves.at(0).points) {
+      if (p.setting.starts_with(start)) return p.error;
+    }
+    ADD_FAILURE() << start;
+    return -1.0;
+  };
+  EXPECT_LT(error(coarse + "trilinear"), error(coarse + "nearest"));
+  EXPECT_LT(error(fine + "trilinear"), error(coarse + "trilinear"));
+  EXPECT_LT(error(fine + "nearest"), error(coarse + "nearest"));
+  EXPECT_LT(error("lights every 10, level 1"), error("lights every 10, level 3"));
+  // Half floats move a picture by 2^-11 of itself at most.
+  EXPECT_NEAR(error("lights every 10, half floats"), error(fine + "trilinear"), 5e-4);
+}
+
 // Drops 2 to 12 m away, a lamp above them.
 constexpr const char* rain_scene = R"([camera]
 position_m = [0, 0, 1.6]

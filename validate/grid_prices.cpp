@@ -106,20 +106,6 @@ void add_view(const PictureGrid& grid, const LitView& truth, GridPrice& price) {
 
 }  // namespace
 
-std::vector<LightDirection> light_grid(int step_deg) {
-  if (step_deg == 20) return gn2006_light_directions();
-  if (step_deg != 10 && step_deg != 5)
-    throw std::invalid_argument(
-        fmt::format("light_grid: {} degrees; expected 20, 10 or 5", step_deg));
-  std::vector<LightDirection> lights = {{-90, 170}};
-  for (int elevation = -90 + step_deg; elevation < 90; elevation += step_deg) {
-    for (int azimuth = 0; azimuth <= 180; azimuth += step_deg)
-      lights.push_back({elevation, azimuth});
-  }
-  lights.push_back({90, 170});
-  return lights;
-}
-
 std::vector<LightDirection> lights_between(int count) {
   const std::vector<LightDirection> grid = light_grid(5);
   std::vector<LightDirection> lights;

@@ -15,11 +15,6 @@
 
 namespace pluvia {
 
-// All directions with elevation and azimuth in whole steps from (first, first): of step 20 the 74
-// of the database of 2006, of 10 and 5 those and the ones between (elevations -90 .. 90, azimuths 0
-// .. 180; poles once, azimuth 170). step_deg: 20, 10 or 5. So each grid holds the coarser ones.
-std::vector<LightDirection> light_grid(int step_deg);
-
 // So many directions evenly over the sphere's half of azimuths 0 .. 180 (a Fibonacci lattice), in
 // whole degrees, none of which light_grid(5) has.
 std::vector<LightDirection> lights_between(int count);

@@ -29,6 +29,7 @@ const std::vector<KnownCurve>& known_curves() {
        "the preset's; of the finer runs the three after it; of counted rays 7"},
       {"mesh", false, sweep_mesh, "1 .. 8"},
       {"drop", false, sweep_drop, "the preset's; of the finer runs the three after it"},
+      {"atlas", false, sweep_atlas, "the preset's"},
       {"renderer", true, sweep_renderer, "the scene's"}};
   return curves;
 }
@@ -136,7 +137,7 @@ CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_fo
       ->capture_default_str();
   command->add_flag("--quick", flags.inputs.quick, "fewer and smaller: to try it, not to quote it")
       ->excludes(from);
-  command->add_option("--preset", flags.inputs.preset_file, "for generator: of the kind gn2006")
+  command->add_option("--preset", flags.inputs.preset_file, "for generator and atlas: of the kind gn2006")
       ->excludes(from)
       ->capture_default_str();
   command->add_option("--atlas", flags.inputs.atlas_folder, "folder of an atlas, for renderer")

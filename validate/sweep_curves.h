@@ -10,7 +10,7 @@
 namespace pluvia {
 
 struct SweepInputs {
-  std::string preset_file = {};  // generator: of the kind gn2006
+  std::string preset_file = {};  // generator, atlas: of the kind gn2006
   std::string physical_preset_file =
       {};                         // drop: of the kind physical, with a drop of 3 mm and set 6
   std::string scene_file = {};    // renderer
@@ -35,6 +35,12 @@ SweepCurve sweep_mesh(const SweepInputs& inputs, const Progress& progress);
 // the fullest one (validate/sweep_streaks.h). Times are processor time of one thread. Throws
 // std::runtime_error for files and a preset without that drop.
 SweepCurve sweep_drop(const SweepInputs& inputs, const Progress& progress);
+
+// What a set's pictures cost by the directions that they are traced for, by their width, and by the
+// form they are kept in, against streaks traced between the directions (validate/grid_prices.h,
+// format_prices.h). Times are processor time of one thread and hold the bringing into that form.
+// Throws std::runtime_error for files.
+SweepCurve sweep_atlas(const SweepInputs& inputs, const Progress& progress);
 
 // What a frame's rain costs by lookup, texels, streaks that stand for many, harmonics of the sky
 // and drops that are left out, against the fullest rain that the renderer draws: quads alone, four
