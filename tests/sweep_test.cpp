@@ -350,6 +350,15 @@ TEST_F(SweepProgram, ValidateRefusesBadCurvesBeforeItMeasures) {
   EXPECT_THAT(refused.err, HasSubstr("bad.json: machine: missing; expected this key"));
 }
 
+TEST(SweepPage, SaysFirstWhatEachCurveRecommends) {
+  SweepPoint other = point("other", 1, 0.1);
+  other.flags.clear();
+  EXPECT_EQ(
+      sweep_lead({.curves = {three(), curve({other})}}),
+      "Error against time. generator: recommended is middle, error 0.1 +- 0.01. generator: no "
+      "setting on the front can be asked for. Nothing here is held against a bound.");
+}
+
 class SweepMeasured : public SweepProgram {
  protected:
   // The curve as `pluvia sweep --quick` measures it, once for each time; what the program says.
@@ -362,6 +371,7 @@ class SweepMeasured : public SweepProgram {
     };
     EXPECT_TRUE(holds(name + ".svg", "<svg"));
     EXPECT_TRUE(holds("index.html", "<td>front"));
+    EXPECT_TRUE(holds("index.html", "<p class=\"verdict\">Error against time. "));
     return read_sweep(folder / "out/sweep.json");
   }
   double error_of(const Sweep& measured_sweep, const std::string& setting) const {

@@ -63,6 +63,7 @@ struct Table {
 };
 
 struct Report {
+  std::string lead = {};  // what the page says first where no check was made
   std::vector<Check> checks = {};
   std::vector<Comparison> comparisons = {};
   std::vector<Figure> figures = {};

@@ -52,9 +52,13 @@ std::string largest_error_html(const std::vector<Check>& checks) {
                      100 * largest->value, anchor("how-", largest->name), html_text(largest->name));
 }
 
-std::string verdict_html(const std::vector<Check>& checks) {
+std::string verdict_html(const Report& report) {
+  const std::vector<Check>& checks = report.checks;
   const auto passed = passed_of(checks), total = std::ssize(checks);
-  if (total == 0) return "<p class=\"verdict\">No check was made.</p>";
+  if (total == 0) {
+    return fmt::format("<p class=\"verdict\">{}</p>\n",
+                       report.lead.empty() ? "No check was made." : html_text(report.lead));
+  }
   return fmt::format(
       "<p class=\"verdict\"><strong class=\"{}\">{} of {} checks passed</strong>, against closed "
       "forms, ray tracing and published data: {}.{}</p>\n",
@@ -138,7 +142,7 @@ std::string check_row(const Check& check) {
 }  // namespace
 
 std::string summary_html(const Report& report) {
-  return verdict_html(report.checks) + failures_html(report.checks) + rungs_html(report.checks) +
+  return verdict_html(report) + failures_html(report.checks) + rungs_html(report.checks) +
          headlines_html(report);
 }
 

@@ -87,7 +87,7 @@ void write_sweep(const std::string& folder, Sweep sweep) {
     }
   }
   write_file_atomically(folder + "/sweep.json", sweep_json(sweep));
-  Report report = {.machine = sweep.machine};
+  Report report = {.lead = sweep_lead(sweep), .machine = sweep.machine};
   add_sweep(sweep, report);
   write_file_atomically(folder + "/index.html", report_page(report, folder));
 }

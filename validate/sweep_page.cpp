@@ -97,6 +97,18 @@ void add_sweep(const Sweep& sweep, Report& report) {
   report.skipped.insert(report.skipped.end(), sweep.skipped.begin(), sweep.skipped.end());
 }
 
+std::string sweep_lead(const Sweep& sweep) {
+  std::string text = "Error against time. ";
+  for (const SweepCurve& curve : sweep.curves) {
+    const SweepPoint* const best = find_setting(curve, curve.recommended);
+    text += fmt::format("{}: {}. ", curve.name,
+                        best ? fmt::format("recommended is {}, error {}", best->setting,
+                                           error_text(best->error, best->standard_error))
+                             : "no setting on the front can be asked for");
+  }
+  return text + "Nothing here is held against a bound.";
+}
+
 std::string pick_line(const SweepCurve& curve, const SweepPoint& point) {
   return fmt::format("{}: {}; {} for {}, error {}; {}\n", curve.name, point.setting,
                      duration_text(point.time_s * curve.whole_factor), curve.whole,

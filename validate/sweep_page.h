@@ -19,6 +19,9 @@ Table sweep_table(const SweepCurve& curve);
 // what was skipped.
 void add_sweep(const Sweep& sweep, Report& report);
 
+// What each curve recommends, one after the other, for a page without checks.
+std::string sweep_lead(const Sweep& sweep);
+
 // One line for a picked setting.
 std::string pick_line(const SweepCurve& curve, const SweepPoint& point);
 
