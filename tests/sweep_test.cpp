@@ -101,6 +101,13 @@ TEST(SweepFront, RefusesNumbersThatAreNone) {
   EXPECT_THAT(complaint([&] { curve({point("a", nan, 0.1)}); }), HasSubstr("time nan s; expected"));
   EXPECT_THAT(complaint([&] { curve({point("a", 1, nan)}); }), HasSubstr("error nan; expected"));
   EXPECT_THAT(complaint([&] { curve({point("a", 1, -0.1)}); }), HasSubstr("error -0.1; expected"));
+  SweepPoint other = point("b", 1, 0.1);
+  other.also = {{"FLIP", nan}};
+  EXPECT_THAT(complaint([&] {
+                curve({point("a", 1, 1), other});
+              }),
+              HasSubstr("other distances than of the first setting; expected the same names"));
+  EXPECT_THAT(complaint([&] { curve({other}); }), HasSubstr("FLIP nan; expected a finite"));
   SweepPoint bars = point("a", 1, 0.1);
   bars.high_s = 0.95;
   EXPECT_THAT(complaint([&] { curve({bars}); }), HasSubstr("times from 0.9 to 0.95 s, median 1 s"));
@@ -424,6 +431,14 @@ TEST_F(SweepMeasured, PicturesOfAnAtlasErrLessTheCloserTheirLightsAndTheMoreThey
   EXPECT_LT(error("lights every 10, level 1"), error("lights every 10, level 3"));
   // Half floats move a picture by 2^-11 of itself at most.
   EXPECT_NEAR(error("lights every 10, half floats"), error(fine + "trilinear"), 5e-4);
+}
+
+TEST_F(SweepMeasured, ModelsAreRefusedAnAtlasThatCannotBeJudged) {
+  write_atlas(folder / "atlas", synthetic_atlas({.cell_width_px = 16, .levels = 5}));
+  const Outcome refused = run_pluvia(fmt::format(
+      "sweep --quick --curve models-night --atlas {} --out {}", folder / "atlas", folder / "out"));
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("not what models are judged with; expected ten sets"));
 }
 
 // Drops 2 to 12 m away, a lamp above them.

@@ -214,6 +214,21 @@ Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder) {
   return scene;
 }
 
+Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder) {
+  Scene scene = small_frame(atlas, data_folder);
+  scene.camera.white_cd_m2 = 10;
+  scene.environment.scale_cd_m2 /= 1000;
+  const auto lamp = [&](const char* name, const Eigen::Vector3d& position_m,
+                        const Eigen::Vector3d& intensity_cd) {
+    scene.lights.push_back({.name = name, .position_m = position_m, .intensity_cd = intensity_cd});
+  };
+  scene.lights.clear();
+  lamp("behind the rain", {1.5, 11, 5}, {3000, 2400, 1500});
+  lamp("beside it", {-7, 5, 6}, {3000, 2400, 1500});
+  lamp("behind the camera", {3, -4, 4}, {2000, 2100, 2400});
+  return scene;
+}
+
 ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                const ReferenceOptions& options, const Preset& preset,
                                double samples_per_px, int passes) {
@@ -230,11 +245,14 @@ ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
   trace_reference(*traced, settings, sums);
   const ReferenceLayer rain = layer_of(sums.rain, sums.rain_squares, sums.passes);
   ReferenceFrame frame = {make_image(sums.width, sums.height, 3),
-                          make_image(sums.width, sums.height, 3)};
+                          make_image(sums.width, sums.height, 3),
+                          make_image(sums.width, sums.height, 1)};
   for (std::size_t i = 0; i < rain.mean.size(); ++i) {
     frame.rain.values[i] = static_cast<float>(rain.mean[i]);
     frame.variance.values[i] = static_cast<float>(rain.variance[i]);
   }
+  for (std::size_t i = 0; i < sums.coverage.size(); ++i)
+    frame.coverage.values[i] = static_cast<float>(sums.coverage[i] / sums.passes);
   return frame;
 }
 

@@ -46,9 +46,14 @@ std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset
 // minute, not hours.
 Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder);
 
+// The same rain at night: under three lamps, behind it, beside it and behind the camera, and the
+// map a thousandth as bright.
+Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder);
+
 struct ReferenceFrame {
   Image rain = {};      // RGB
   Image variance = {};  // of it
+  Image coverage = {};  // 1 channel
 };
 // passes >= 2, besides four that learn.
 ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,

@@ -35,6 +35,13 @@ void check_point(const SweepCurve& curve, const SweepPoint& point) {
     refuse(fmt::format("standard error {}, noise {}", point.standard_error, point.noise),
            "finite numbers >= 0");
   }
+  const auto& known = curve.points.front().also;
+  const bool alike = std::equal(point.also.begin(), point.also.end(), known.begin(), known.end(),
+                                [](const auto& a, const auto& b) { return a.first == b.first; });
+  if (!alike) refuse("other distances than of the first setting", "the same names");
+  for (const auto& [name, value] : point.also) {
+    if (!std::isfinite(value)) refuse(fmt::format("{} {}", name, value), "a finite number");
+  }
 }
 
 // The points that may be picked.

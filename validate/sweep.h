@@ -28,10 +28,12 @@ struct SweepPoint {
   double noise =
       0;  // the part of error that another seed would change; the rest, in squares, is bias
   bool on_front = false;
+  // Other distances of the same pictures, the same names in all points of a curve.
+  std::vector<std::pair<std::string, double>> also = {};
 };
 
 struct SweepCurve {
-  std::string name = {};  // "generator", "drop", "atlas", "renderer"
+  std::string name = {};  // "generator", "drop", "atlas", "renderer", ..
   std::string title = {}, time_label = {}, error_label = {},
               text = {};  // text: how it was measured
   // What a time that a user gives is a limit of, such as "a database of 50 shards on 2 cores", and
@@ -51,8 +53,8 @@ struct Sweep {
 };
 
 // Sets on_front of every point. Throws std::runtime_error for a time that is not finite and > 0, an
-// error that is not finite and >= 0, bars that do not hold their point, and for settings that are
-// not told apart.
+// error that is not finite and >= 0, bars that do not hold their point, settings that are not told
+// apart, and for distances of other names in one point than in another.
 void mark_front(SweepCurve& curve);
 
 // Among the points of the front with flags, the one of least time x error^2: by the law of noise,

@@ -30,7 +30,9 @@ const std::vector<KnownCurve>& known_curves() {
       {"mesh", false, sweep_mesh, "1 .. 8"},
       {"drop", false, sweep_drop, "the preset's; of the finer runs the three after it"},
       {"atlas", false, sweep_atlas, "the preset's"},
-      {"renderer", true, sweep_renderer, "the scene's"}};
+      {"renderer", true, sweep_renderer, "the scene's"},
+      {"models-day", true, sweep_models_by_day, "rain 2006; reference 1"},
+      {"models-night", true, sweep_models_at_night, "rain 2006; reference 1"}};
   return curves;
 }
 
@@ -115,6 +117,7 @@ void refuse_unmeasured(const SweepFlags& flags, const Sweep& sweep) {
 CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_folder) {
   flags.inputs.preset_file = data_folder + "/presets/gn2006.toml";
   flags.inputs.physical_preset_file = data_folder + "/presets/physical.toml";
+  flags.inputs.data_folder = data_folder;
   flags.inputs.scene_file = data_folder + "/scenes/street.toml";
   CLI::App* command =
       app.add_subcommand("sweep", "measure error against time, and pick settings by either");
@@ -137,10 +140,14 @@ CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_fo
       ->capture_default_str();
   command->add_flag("--quick", flags.inputs.quick, "fewer and smaller: to try it, not to quote it")
       ->excludes(from);
-  command->add_option("--preset", flags.inputs.preset_file, "for generator and atlas: of the kind gn2006")
+  command
+      ->add_option("--preset", flags.inputs.preset_file,
+                   "for generator and atlas: of the kind gn2006")
       ->excludes(from)
       ->capture_default_str();
-  command->add_option("--atlas", flags.inputs.atlas_folder, "folder of an atlas, for renderer")
+  command
+      ->add_option("--atlas", flags.inputs.atlas_folder,
+                   "folder of an atlas, for renderer and models")
       ->excludes(from);
   command->add_option("--scene", flags.inputs.scene_file, "for renderer")
       ->excludes(from)

@@ -14,7 +14,8 @@ struct SweepInputs {
   std::string physical_preset_file =
       {};                         // drop: of the kind physical, with a drop of 3 mm and set 6
   std::string scene_file = {};    // renderer
-  std::string atlas_folder = {};  // renderer
+  std::string atlas_folder = {};  // renderer, models
+  std::string data_folder = {};   // models: the project's
   int repeats = 3;                // of each time, >= 1
   bool quick = false;             // fewer settings, smaller pictures: to try it, not to quote it
 };
@@ -51,5 +52,13 @@ SweepCurve sweep_atlas(const SweepInputs& inputs, const Progress& progress);
 // Times are of the passes that draw rain: processor time on a software rasteriser, wall-clock time
 // on a GPU. Throws std::runtime_error for files, and as RainRenderer.
 SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress);
+
+// What each model of a streak's light costs and is off (realtime/rain_look.h, billboard_pass.h):
+// flat white, a sphere's transfer function, traced streaks by their lookups, billboards of 2010; of
+// the same drops, in two small scenes (validate/frame_prices.h), against the reference tracer.
+// Times are of the same rain 100 times as dense, as in sweep_renderer. Throws std::runtime_error
+// for files, as RainRenderer, and for an atlas that lacks what the reference needs.
+SweepCurve sweep_models_by_day(const SweepInputs& inputs, const Progress& progress);
+SweepCurve sweep_models_at_night(const SweepInputs& inputs, const Progress& progress);
 
 }  // namespace pluvia

@@ -22,11 +22,19 @@ Json pairs_json(const Pairs& pairs) {
 }
 
 Json point_json(const SweepPoint& point) {
-  return {{"series", point.series}, {"setting", point.setting},
-          {"flags", point.flags},   {"time_s", point.time_s},
-          {"low_s", point.low_s},   {"high_s", point.high_s},
-          {"error", point.error},   {"standard_error", point.standard_error},
-          {"noise", point.noise},   {"on_front", point.on_front}};
+  Json also = Json::object();
+  for (const auto& [name, value] : point.also) also[name] = value;
+  return {{"series", point.series},
+          {"setting", point.setting},
+          {"flags", point.flags},
+          {"time_s", point.time_s},
+          {"low_s", point.low_s},
+          {"high_s", point.high_s},
+          {"error", point.error},
+          {"standard_error", point.standard_error},
+          {"noise", point.noise},
+          {"on_front", point.on_front},
+          {"also", also}};
 }
 
 Json curve_json(const SweepCurve& curve) {
@@ -45,16 +53,30 @@ Json curve_json(const SweepCurve& curve) {
           {"points", points}};
 }
 
+// The object's names and places.
+std::vector<std::pair<std::string, JsonPlace>> members(const JsonPlace& place) {
+  if (!place.value->is_object()) {
+    throw_at(place, fmt::format("a JSON {}; expected an object", place.value->type_name()));
+  }
+  std::vector<std::pair<std::string, JsonPlace>> all;
+  for (const auto& item : place.value->items())
+    all.emplace_back(item.key(), member(place, item.key()));
+  return all;
+}
+
 SweepPoint read_point(const JsonPlace& place) {
-  return {.series = text_at(member(place, "series")),
-          .setting = text_at(member(place, "setting")),
-          .flags = text_at(member(place, "flags")),
-          .time_s = number_at(member(place, "time_s")),
-          .low_s = number_at(member(place, "low_s")),
-          .high_s = number_at(member(place, "high_s")),
-          .error = number_at(member(place, "error")),
-          .standard_error = number_at(member(place, "standard_error")),
-          .noise = number_at(member(place, "noise"))};
+  SweepPoint point = {.series = text_at(member(place, "series")),
+                      .setting = text_at(member(place, "setting")),
+                      .flags = text_at(member(place, "flags")),
+                      .time_s = number_at(member(place, "time_s")),
+                      .low_s = number_at(member(place, "low_s")),
+                      .high_s = number_at(member(place, "high_s")),
+                      .error = number_at(member(place, "error")),
+                      .standard_error = number_at(member(place, "standard_error")),
+                      .noise = number_at(member(place, "noise"))};
+  for (const auto& [name, value] : members(member(place, "also")))
+    point.also.emplace_back(name, number_at(value));
+  return point;
 }
 
 // As mark_front finds the front; what it says wrong about them is said of the place.
@@ -96,13 +118,8 @@ SweepCurve read_curve(const JsonPlace& place) {
 }
 
 Pairs read_pairs(const JsonPlace& place) {
-  if (!place.value->is_object()) {
-    throw_at(place, fmt::format("a JSON {}; expected an object", place.value->type_name()));
-  }
   Pairs pairs;
-  for (const auto& item : place.value->items()) {
-    pairs.emplace_back(item.key(), text_at(member(place, item.key())));
-  }
+  for (const auto& [name, value] : members(place)) pairs.emplace_back(name, text_at(value));
   return pairs;
 }
 

@@ -31,13 +31,16 @@ std::vector<std::string> row_of(const SweepCurve& curve, const SweepPoint& point
   std::string mark = point.on_front ? "front" : "";
   if (point.setting == curve.recommended) mark += ", recommended";
   if (point.setting == curve.standard) mark += mark.empty() ? "standard" : ", standard";
-  return {point.setting,
-          fmt::format("{} ({} .. {})", duration_text(point.time_s), duration_text(point.low_s),
-                      duration_text(point.high_s)),
-          error_text(point.error, point.standard_error),
-          point.noise > 0 ? fmt::format("{:.3g}", point.noise) : "",
-          mark,
-          point.flags};
+  std::vector<std::string> row = {
+      point.setting,
+      fmt::format("{} ({} .. {})", duration_text(point.time_s), duration_text(point.low_s),
+                  duration_text(point.high_s)),
+      error_text(point.error, point.standard_error),
+      point.noise > 0 ? fmt::format("{:.3g}", point.noise) : "",
+      mark,
+      point.flags};
+  for (const auto& distance : point.also) row.push_back(fmt::format("{:.3g}", distance.second));
+  return row;
 }
 
 }  // namespace
@@ -79,6 +82,7 @@ Table sweep_table(const SweepCurve& curve) {
       curve.title,
       {"setting", curve.time_label, curve.error_label, "of it noise", "", "asked for by"},
       {}};
+  for (const auto& distance : curve.points.at(0).also) table.head.push_back(distance.first);
   for (const SweepPoint& point : by_time(curve.points)) table.rows.push_back(row_of(curve, point));
   return table;
 }
@@ -123,8 +127,9 @@ std::string sweep_text(const SweepCurve& curve) {
       curve.whole);
   for (const SweepPoint& point : by_time(curve.points)) {
     const std::vector<std::string> row = row_of(curve, point);
-    text +=
-        fmt::format("  {:<46} {:<30} {:<20} {:<9} {}\n", row[0], row[1], row[2], row[3], row[4]);
+    text += fmt::format("  {:<46} {:<30} {:<20} {:<9} {}", row[0], row[1], row[2], row[3], row[4]);
+    for (const auto& [name, value] : point.also) text += fmt::format(" {} {:.3g}", name, value);
+    text += "\n";
   }
   if (!curve.recommended.empty()) {
     text += fmt::format("  recommended: {}. {}\n", curve.recommended, curve.why);

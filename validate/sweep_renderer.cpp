@@ -10,6 +10,7 @@
 #include "validate/metrics.h"
 #include "validate/picture_comparison.h"
 #include "validate/sweep_curves.h"
+#include "validate/sweep_frames.h"
 #include "validate/sweep_time.h"
 
 namespace pluvia {
@@ -121,22 +122,6 @@ Image shown_rain(const Image& color, const Image& background, const Scene& scene
   return rain_layer(cut_to_screen(color, white), cut_to_screen(background, white));
 }
 
-struct Measured {
-  Image rain = {};
-  double cpu_s = 0, wall_s = 0;
-};
-
-Measured draw(const Scene& scene, RainRenderer& renderer, double time_s) {
-  const Frame frame = renderer.render(time_s);
-  Measured result = {.rain = shown_rain(frame.color, frame.background, scene)};
-  for (const PassCost& pass : frame.costs) {
-    if (pass.pass != "rain" && pass.pass != "composite") continue;
-    result.cpu_s += pass.cpu_s;
-    result.wall_s += pass.wall_s;
-  }
-  return result;
-}
-
 // Means of fullest_samples x fullest_samples pixels.
 Image averaged(const Image& image) {
   constexpr float share = 1.0F / (fullest_samples * fullest_samples);
@@ -161,22 +146,17 @@ Instant fullest_rain(const Scene& scene, const StreakAtlas& atlas, RainRenderer&
   return {time_s, shown_rain(averaged(frame.color), averaged(frame.background), scene)};
 }
 
-bool on_processor(const GlInfo& info) {
-  return info.renderer.find("llvmpipe") != std::string::npos ||
-         info.renderer.find("softpipe") != std::string::npos;
-}
-
 // Every instant of one way, once. The first frame after a remake compiles, and is not timed.
 void draw_all(const Scene& scene, const StreakAtlas& atlas, const std::vector<Instant>& instants,
               bool first_round, RainRenderer& renderer, Drawn& way) {
   renderer.remake(with_reach(scene, way.reach), atlas, way.options);
-  const bool processor = on_processor(renderer.gl_info());
   renderer.render(instants.front().time_s);
   for (const Instant& instant : instants) {
-    const Measured frame = draw(scene, renderer, instant.time_s);
-    way.times_s.push_back(processor ? frame.cpu_s : frame.wall_s);
+    const Frame frame = renderer.render(instant.time_s);
+    way.times_s.push_back(rain_time_s(frame, renderer.gl_info()));
     if (!first_round) continue;
-    way.errors.push_back(relative_rmse(frame.rain, instant.rain));
+    way.errors.push_back(
+        relative_rmse(shown_rain(frame.color, frame.background, scene), instant.rain));
   }
 }
 
