@@ -18,6 +18,7 @@
 #include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
 #include "validate/checks.h"
+#include "validate/drop_trial.h"
 
 namespace pluvia {
 namespace {
@@ -26,6 +27,16 @@ constexpr double pi = std::numbers::pi;
 
 DropsScene two_drops() {
   return {.drops = {{20, -20, 6, 0}, {33, 7, 4, 0}}, .suns = {{{10, 150}, {30, 110}, {50, 50}}}};
+}
+
+TEST(DropByDrop, AsksForTheLightsOf2006AloneOrAmongOthers) {
+  StreakAtlas atlas = synthetic_atlas({.cell_width_px = 4, .levels = 2, .path_rows = 20});
+  atlas.layers.resize(10, atlas.layers.front());
+  EXPECT_TRUE(can_be_judged(atlas));
+  atlas.lights = light_grid(10);
+  EXPECT_TRUE(can_be_judged(atlas));
+  atlas.lights.pop_back();  // the light from straight above
+  EXPECT_FALSE(can_be_judged(atlas));
 }
 
 TEST(DropByDrop, DropsAreSeenAndLitFromTheAnglesAskedFor) {

@@ -13,8 +13,12 @@ bool can_be_judged(const StreakAtlas& atlas) {
     return std::any_of(atlas.views.begin(), atlas.views.end(),
                        [&](const AtlasView& view) { return view.elevation_deg == elevation_deg; });
   };
-  return atlas.layers.size() == 10 && has(0) && has(20) && has(40) &&
-         atlas.lights == gn2006_light_directions() && !atlas.layers.front().env.empty();
+  const auto published = light_grid(20);
+  const bool lit = std::all_of(published.begin(), published.end(), [&](const LightDirection& l) {
+    return std::find(atlas.lights.begin(), atlas.lights.end(), l) != atlas.lights.end();
+  });
+  return atlas.layers.size() == 10 && has(0) && has(20) && has(40) && lit &&
+         !atlas.layers.front().env.empty();
 }
 
 ReferenceOptions reference_options(const Preset& preset) {

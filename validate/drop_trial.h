@@ -13,7 +13,7 @@
 namespace pluvia {
 
 // Whether the atlas has what the trials ask for: ten sets, the views 0, 20 and 40 degrees, the 74
-// lights and a uniform sky.
+// lights of 2006 (among others: of a finer grid) and a uniform sky.
 bool can_be_judged(const StreakAtlas& atlas);
 
 // All orders, the index and the cone of the preset.

@@ -162,7 +162,7 @@ std::string megabytes(const Preset& preset, const Grid& grid, const Reading& rea
       atlas_bytes(static_cast<int>(preset.oscillations.size()), grid.light_step_deg,
                   grid.view_step_deg, frame.width_px * frame.height_px) /
       (shrink * shrink);
-  return fmt::format("{:.3g} MB", bytes / 1e6);
+  return fmt::format("{:.{}f} MB", bytes / 1e6, bytes < 1e8 ? 1 : 0);
 }
 
 struct Plan {
