@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "atlas/clip_files.h"
 #include "atlas/image_io.h"
 #include "realtime/video.h"
 #include "tests/rain_clip.h"
 #include "tests/run_program.h"
-#include "validate/clip_files.h"
 
 namespace pluvia {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "atlas/atomic_file.h"
 #include "atlas/atomic_folder.h"
+#include "atlas/clip_files.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
-#include "validate/clip_files.h"
 #include "validate/rain_strokes.h"
 
 namespace pluvia {

@@ -1,4 +1,4 @@
-#include "validate/clip_files.h"
+#include "atlas/clip_files.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,7 @@ std::unique_ptr<OIIO::ImageInput> opened(const std::string& file) {
 }
 
 // The frame at which the input stands.
-Image read_frame(OIIO::ImageInput& input, const std::string& file, int frame) {
+ClipFrame read_frame(OIIO::ImageInput& input, const std::string& file, int frame) {
   const OIIO::ImageSpec& spec = input.spec();
   const int channels = spec.nchannels < 3 ? 1 : 3;
   Image image = make_image(spec.width, spec.height, channels);
@@ -50,15 +50,7 @@ Image read_frame(OIIO::ImageInput& input, const std::string& file, int frame) {
       refuse(file, fmt::format("has a value {}; expected finite values >= 0", value));
     if (encoded) value = static_cast<float>(srgb_linear(value));
   }
-  return image;
-}
-
-std::vector<Image> read_video(OIIO::ImageInput& input, const std::string& file, int most_frames) {
-  std::vector<Image> frames;
-  while (static_cast<int>(frames.size()) < most_frames &&
-         input.seek_subimage(static_cast<int>(frames.size()), 0))
-    frames.push_back(read_frame(input, file, static_cast<int>(frames.size())));
-  return frames;
+  return {std::move(image), encoded};
 }
 
 bool matches(const std::string& name, const std::string& pattern) {
@@ -85,7 +77,19 @@ std::vector<std::string> matching_files(const fs::path& folder, const std::strin
   return files;
 }
 
+bool names_pictures(const std::string& source) {
+  const bool pattern = fs::path(source).filename().string().find('*') != std::string::npos;
+  return pattern || fs::is_directory(source);
+}
+
+std::string size_text(const Image& frame) {
+  return fmt::format("{} x {} pixels of {} channels", frame.width, frame.height, frame.channels);
+}
+
+}  // namespace
+
 std::vector<std::string> picture_files(const std::string& source) {
+  if (!names_pictures(source)) return {source};
   const fs::path path(source);
   const bool folder = fs::is_directory(path);
   const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
@@ -101,28 +105,50 @@ std::vector<std::string> picture_files(const std::string& source) {
   return files;
 }
 
-std::vector<Image> read_pictures(std::vector<std::string> files, int most_frames) {
-  files.resize(std::min(files.size(), static_cast<std::size_t>(most_frames)));
-  std::vector<Image> frames;
-  for (const std::string& file : files) {
-    frames.push_back(read_frame(*opened(file), file, 0));
-    const Image &first = frames.front(), &last = frames.back();
-    if (last.width != first.width || last.height != first.height || last.channels != first.channels)
-      refuse(file, fmt::format("{} x {} pixels of {} channels; expected {} x {} of {} like {}",
-                               last.width, last.height, last.channels, first.width, first.height,
-                               first.channels, files.front()));
-  }
-  return frames;
+struct ClipReader::State {
+  std::vector<std::string> files = {};           // pictures, or the one video
+  bool video = false;                            // of which frame after frame is read
+  std::unique_ptr<OIIO::ImageInput> input = {};  // the video's
+  int next = 0;
+  Image first = {};  // without its values
+};
+
+ClipReader::ClipReader(const std::string& source) : state_(std::make_unique<State>()) {
+  state_->files = picture_files(source);
+  state_->video = !names_pictures(source);
+  if (state_->video) state_->input = opened(source);
 }
 
-}  // namespace
+ClipReader::~ClipReader() = default;
+
+std::optional<ClipFrame> ClipReader::next() {
+  State& state = *state_;
+  const int k = state.next;
+  const auto place = static_cast<std::size_t>(state.video ? 0 : k);
+  if (place >= state.files.size()) return {};
+  const std::string& file = state.files[place];
+  if (!state.video) state.input = opened(file);
+  if (state.video && !state.input->seek_subimage(k, 0)) return {};
+  ClipFrame frame = read_frame(*state.input, file, state.video ? k : 0);
+  const Image &first = state.first, &now = frame.image;
+  if (k == 0)
+    state.first = {now.width, now.height, now.channels};
+  else if (now.width != first.width || now.height != first.height || now.channels != first.channels)
+    refuse(file, fmt::format("{}; expected {} like {}", size_text(now), size_text(first),
+                             state.files.front()));
+  ++state.next;
+  return frame;
+}
 
 std::vector<Image> read_clip(const std::string& source, int most_frames) {
-  const bool pattern = fs::path(source).filename().string().find('*') != std::string::npos;
-  if (pattern || fs::is_directory(source)) return read_pictures(picture_files(source), most_frames);
-  const auto input = opened(source);
-  std::vector<Image> frames = read_video(*input, source, most_frames);
-  if (frames.size() < 3)
+  ClipReader reader(source);
+  std::vector<Image> frames;
+  while (static_cast<int>(frames.size()) < most_frames) {
+    std::optional<ClipFrame> frame = reader.next();
+    if (!frame) break;
+    frames.push_back(std::move(frame->image));
+  }
+  if (!names_pictures(source) && frames.size() < 3)
     refuse(source, fmt::format("{} frames; expected a video of at least 3", frames.size()));
   return frames;
 }
