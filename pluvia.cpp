@@ -22,6 +22,7 @@
 #include "raytrace/generate_command.h"
 #include "raytrace/import_database.h"
 #include "raytrace/reference_command.h"
+#include "realtime/compose_command.h"
 #include "realtime/render_command.h"
 #include "realtime/viewer/view_command.h"
 #include "validate/compare_reports_command.h"
@@ -280,6 +281,7 @@ int main(int argc, char** argv) {
   ExportFlags export_flags;
   ImportFlags import_flags;
   pluvia::RenderFlags render_flags;
+  pluvia::ComposeFlags compose_flags;
   pluvia::ViewFlags view_flags;
   pluvia::ReferenceFlags reference_flags;
   ValidateFlags validate_flags;
@@ -293,6 +295,7 @@ int main(int argc, char** argv) {
   CLI::App* const export_command = add_export(app, export_flags);
   CLI::App* const import_command = add_import(app, import_flags);
   CLI::App* const render_command = pluvia::add_render(app, render_flags);
+  CLI::App* const compose_command = pluvia::add_compose(app, compose_flags);
   CLI::App* const view_command = pluvia::add_view(app, view_flags);
   CLI::App* const reference_command = add_reference(app, reference_flags, PLUVIA_DATA_DIR);
   CLI::App* const validate_command = add_validate(app, validate_flags);
@@ -317,6 +320,7 @@ int main(int argc, char** argv) {
     if (*export_command) export_layout(export_flags);
     if (*import_command) import_layout(import_flags);
     if (*render_command) fmt::print("{}", pluvia::render_frames(render_flags, ProgressLine()));
+    if (*compose_command) fmt::print("{}", pluvia::compose_frames(compose_flags, ProgressLine()));
     if (*view_command) pluvia::view_scene(view_flags);
     if (*reference_command) reference(reference_flags);
     if (*fit_command) fmt::print("{}", pluvia::run_fit(*fit_command, fit_flags, ProgressLine()));

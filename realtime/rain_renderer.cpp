@@ -1,5 +1,6 @@
 #include "realtime/rain_renderer.h"
 
+#include <cassert>
 #include <chrono>
 #include <ctime>
 #include <optional>
@@ -35,12 +36,18 @@ class Stopwatch {
   std::clock_t last_cpu_ = std::clock();
 };
 
+[[maybe_unused]] bool fits(const Image& image, const Camera& camera, int channels) {
+  return image.width == camera.width_px && image.height == camera.height_px &&
+         image.channels == channels;
+}
+
 }  // namespace
 
 struct RainRenderer::State {
   std::shared_ptr<GlContext> context = {};  // first: the objects below need it until they are gone
   Scene scene = {};  // the camera is the last frame's; without its surfaces, if they stand still
   ScenePass surfaces = {};
+  std::optional<PicturePass> picture = {};  // nothing: the scene's surfaces are drawn
   ShadowPass shadows = {};
   RainSpace space = {};
   std::optional<RainPass> rain = {};        // nothing: a scene without drops
@@ -60,6 +67,14 @@ struct RainRenderer::State {
     if (scene.moving.empty()) return "nothing moves";
     return move_surfaces(scene, space, time_s, surfaces, shadows, rain ? &*rain : nullptr,
                          splashes ? &*splashes : nullptr);
+  }
+  void draw_background() {
+    if (picture) {
+      draw_picture(*picture, surfaces);
+    } else {
+      set_camera(surfaces, scene, shadows);
+      draw_scene(surfaces, shadows);
+    }
   }
 };
 
@@ -86,9 +101,13 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                  .splashes = scene.splashes};
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
-  state.surfaces = make_scene_pass(scene, map ? &*map : nullptr);
+  state.surfaces = options.over_picture ? make_scene_targets(scene)
+                                        : make_scene_pass(scene, map ? &*map : nullptr);
   state.shadows = make_shadow_pass(scene, state.surfaces);
-  link_scene_pass(state.surfaces, state.shadows);
+  if (options.over_picture)
+    state.picture = make_picture_pass(state.surfaces);
+  else
+    link_scene_pass(state.surfaces, state.shadows);
   state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
@@ -127,6 +146,14 @@ void RainRenderer::remake(const Scene& scene, const StreakAtlas& atlas,
   state_ = make_state(state_->context, scene, atlas, options, kept);
 }
 
+void RainRenderer::show(const Picture& picture) {
+  assert(state_->picture);
+  assert(fits(picture.color, state_->scene.camera, 3));
+  assert(fits(picture.depth_m, state_->scene.camera, 1));
+  state_->use();
+  set_picture(*state_->picture, picture);
+}
+
 void RainRenderer::look_through(const Camera& camera) {
   state_->scene.camera = camera;
   state_->scene.camera_path.clear();
@@ -161,9 +188,8 @@ Frame RainRenderer::draw(double time_s) {
   Stopwatch watch;
   const std::string stood = state.move(time_s);
   if (!state.scene.moving.empty()) watch.lap("moving surfaces", stood, frame.costs);
-  set_camera(state.surfaces, state.scene, state.shadows);
-  draw_scene(state.surfaces, state.shadows);
-  watch.lap("surfaces", "", frame.costs);
+  state.draw_background();
+  watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
   if (state.fog) {
     const std::string skipped = draw_fog(*state.fog, state.scene, state.surfaces, state.shadows);
     watch.lap("fog", skipped, frame.costs);
@@ -209,7 +235,8 @@ FramePlan RainRenderer::plan() {
   state.use();
   FramePlan plan;
   if (!state.shadows.empty()) plan.passes.push_back(plan_of(state.shadows));
-  plan.passes.push_back(plan_of(state.surfaces));
+  plan.passes.push_back(state.picture ? plan_of(*state.picture, state.surfaces)
+                                      : plan_of(state.surfaces));
   if (state.fog) plan.passes.push_back(plan_of(*state.fog));
   if (state.rain) plan.passes.push_back(plan_of(*state.rain));
   if (state.splashes) plan.passes.push_back(plan_of(*state.splashes));

@@ -23,6 +23,7 @@
 #include "realtime/frame_plan.h"
 #include "realtime/gl_context.h"
 #include "realtime/gpu_atlas.h"
+#include "realtime/picture_pass.h"
 #include "realtime/streak_record.h"
 #include "realtime/stroke_record.h"
 
@@ -64,6 +65,9 @@ struct RenderOptions {
   // atlas has their pictures: (degree + 1)^2 cells a streak; 0: its mean from everywhere. Spheres
   // see it to degree 3 at most, whatever the atlas has.
   int sky_degree = 3;
+  // The frame is put over pictures that are given (RainRenderer::show), not over the scene's
+  // surfaces.
+  bool over_picture = false;
 
   bool operator==(const RenderOptions&) const = default;
 };
@@ -118,6 +122,10 @@ class RainRenderer {
   // Becomes what the constructor makes of the scene, in the same context; of the same atlas what is
   // already on the GPU stays there. Throws as the constructor, and then stays what it was.
   void remake(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& options);
+
+  // From now on over this picture of the camera's size, before the first frame at the latest; only
+  // with RenderOptions::over_picture.
+  void show(const Picture& picture);
 
   // From now on through this camera, whatever path the scene has; of the same size in px and
   // shutter.

@@ -1,5 +1,6 @@
 #include "realtime/scene_pass.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -106,6 +107,17 @@ void make_targets(ScenePass& pass) {
   pass.depth_target = make_framebuffer({pass.depth_m.id()}, pass.depth.id());
 }
 
+ScenePass sized_pass(const Scene& scene) {
+  check_size("camera.width_px", scene.camera.width_px, subpixels);
+  check_size("camera.height_px", scene.camera.height_px, subpixels);
+  ScenePass pass;
+  pass.width = scene.camera.width_px;
+  pass.height = scene.camera.height_px;
+  make_targets(pass);
+  pass.origin_m = scene.camera.position_m;
+  return pass;
+}
+
 SceneUniforms scene_uniforms(const Scene& scene, const Image* map) {
   SceneUniforms uniforms;
   uniforms.camera = gpu_camera(scene.camera);
@@ -140,15 +152,17 @@ void draw_surfaces(const ScenePass& pass, const ShaderProgram& program) {
 
 }  // namespace
 
+ScenePass make_scene_targets(const Scene& scene) {
+  ScenePass pass = sized_pass(scene);
+  const bool shadows = std::any_of(scene.lights.begin(), scene.lights.end(),
+                                   [](const Light& light) { return light.shadow; });
+  if (shadows || !scene.moving.empty()) upload_mesh(pass, scene);
+  return pass;
+}
+
 ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
-  check_size("camera.width_px", scene.camera.width_px, subpixels);
-  check_size("camera.height_px", scene.camera.height_px, subpixels);
   if (environment_map) check_size("width of environment.map", environment_map->width, 1);
-  ScenePass pass;
-  pass.width = scene.camera.width_px;
-  pass.height = scene.camera.height_px;
-  make_targets(pass);
-  pass.origin_m = scene.camera.position_m;
+  ScenePass pass = sized_pass(scene);
   upload_mesh(pass, scene);
   pass.values = scene_uniforms(scene, environment_map);
   pass.uniforms = make_buffer(&pass.values, sizeof(pass.values));

@@ -39,6 +39,10 @@ struct ScenePass {
 // this OpenGL cannot hold.
 ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
 
+// The targets alone, for a picture in place of the surfaces (realtime/picture_pass.h): no program
+// and no light; the vertices only where shadows are cast or parts move.
+ScenePass make_scene_targets(const Scene& scene);
+
 // Uploads the vertices of the moving parts as scene.mesh has them now.
 void move_vertices(const ScenePass& pass, const Scene& scene);
 

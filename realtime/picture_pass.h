@@ -1,0 +1,36 @@
+// A picture and its depth in place of the scene's surfaces (RenderOptions::over_picture): drops,
+// splashes, fog and the composite see them as they see surfaces. What the scene has of surfaces
+// is not drawn then, yet still shelters, is splashed upon and casts shadows.
+#pragma once
+
+#include "atlas/image.h"
+#include "realtime/frame_plan.h"
+#include "realtime/gl_objects.h"
+#include "realtime/scene_pass.h"
+
+namespace pluvia {
+
+struct Picture {       // both of the camera's size
+  Image color = {};    // RGB, cd/m^2, finite, >= 0
+  Image depth_m = {};  // 1 channel, along the camera's axis, > 0; +inf where there is no surface
+};
+
+struct PicturePass {
+  bool shown = false;  // there is a picture
+  GlTexture color = {}, depth_m = {};
+  GlVertexArray no_vertices = {};
+  ShaderProgram draw_color = {}, draw_depth = {};
+};
+
+// targets: those of make_scene_targets.
+PicturePass make_picture_pass(const ScenePass& targets);
+
+// The picture of the next frames, of the targets' size.
+void set_picture(PicturePass& pass, const Picture& picture);
+
+void draw_picture(const PicturePass& pass, const ScenePass& targets);
+
+// With its targets.
+PlannedPass plan_of(const PicturePass& pass, const ScenePass& targets);
+
+}  // namespace pluvia
