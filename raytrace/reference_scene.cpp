@@ -60,6 +60,9 @@ std::unique_ptr<ReferenceScene> make_reference_scene(const Scene& scene,
                                                      const Preset& preset,
                                                      const ReferenceOptions& options) {
   if (scene.fog) throw std::runtime_error("[fog]; expected none: the reference has clear air");
+  if (scene.darkening || scene.blur)
+    throw std::runtime_error(
+        "[darkening] or [blur]; expected neither: the reference shows surfaces as they are");
   if (scene.camera.depth_of_field)
     throw std::runtime_error("[depth_of_field]; expected none: the reference has a pinhole");
   auto made = std::make_unique<ReferenceScene>();

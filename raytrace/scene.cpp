@@ -301,6 +301,21 @@ Fog read_fog(TomlReader reader) {
   return fog;
 }
 
+Darkening read_darkening(TomlReader reader) {
+  Darkening darkening;
+  reader.optional("desaturation", darkening.desaturation, {0, 1});
+  reader.optional("brightness", darkening.brightness, {0, 1, true});
+  reader.finish();
+  return darkening;
+}
+
+Blur read_blur(TomlReader reader) {
+  Blur blur;
+  reader.required("sigma_px", blur.sigma_px, {0, 64, true}, "px");
+  reader.finish();
+  return blur;
+}
+
 struct MovingShape {
   Mesh mesh = {};
   std::vector<MovingKey> path = {};
@@ -364,6 +379,8 @@ Scene read_scene(const std::string& file) {
     if (!scene.fog) reader.refuse("glow", "glow without fog; expected a table [fog]");
     scene.glow.emplace();
   }
+  if (reader.has("darkening")) scene.darkening = read_darkening(reader.table("darkening"));
+  if (reader.has("blur")) scene.blur = read_blur(reader.table("blur"));
   if (reader.has("splashes")) {
     reader.table("splashes").finish();
     if (!reader.has("rain") && scene.drops.empty())

@@ -141,6 +141,15 @@ struct Fog {                    // raytrace/rain_fog.h
 
 struct Glow {};  // the light that the fog scatters from lamps and suns
 
+struct Darkening {  // of the scene without rain (realtime/darkening_pass.h); a look, no physics
+  double desaturation = 0;  // 0 .. 1: the share of each colour that becomes grey of its luminance
+  double brightness = 1;    // multiplies, > 0 .. 1
+};
+
+struct Blur {           // of the scene without rain (realtime/blur_pass.h); a look, no physics
+  double sigma_px = 0;  // of a Gaussian
+};
+
 struct Splashes {};  // of drops that hit surfaces (raytrace/splash.h)
 
 struct Scene {
@@ -156,6 +165,8 @@ struct Scene {
   std::optional<Fog> fog = {};
   std::optional<Glow> glow = {};  // only with fog
   std::optional<Splashes> splashes = {};
+  std::optional<Darkening> darkening = {};
+  std::optional<Blur> blur = {};
 };
 
 // The file's tables and their keys (r: required):
@@ -183,6 +194,8 @@ struct Scene {
 //   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
 //   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99)
 //   [glow]         lamps and suns shine in the fog; needs [fog]
+//   [darkening]    desaturation, brightness
+//   [blur]         sigma_px r
 //   [splashes]     where drops hit; needs [rain] or a [[drop]]
 //   [[drop]]       centre_m r (at time 0), radius_m, velocity_m_s, oscillation: a drop by itself
 // [camera] is required; without the others a scene has no light, no surface, no rain. Paths are

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "atlas/image_io.h"
+#include "realtime/blur_pass.h"
 #include "realtime/composite_pass.h"
+#include "realtime/darkening_pass.h"
 #include "realtime/fog_pass.h"
 #include "realtime/moving_surfaces.h"
 #include "realtime/rain_inputs.h"
@@ -53,6 +55,8 @@ struct RainRenderer::State {
   std::optional<RainPass> rain = {};        // nothing: a scene without drops
   std::optional<SplashPass> splashes = {};  // nothing: a scene without [splashes] or without drops
   std::optional<FogPass> fog = {};          // nothing: a scene without [fog]
+  std::optional<DarkeningPass> darkening = {};
+  std::optional<BlurPass> blur = {};
   CompositePass composite = {};
   GlFramebuffer over_scene = {};  // of billboards: the picture, before the scene's depth
 
@@ -67,6 +71,13 @@ struct RainRenderer::State {
     if (scene.moving.empty()) return "nothing moves";
     return move_surfaces(scene, space, time_s, surfaces, shadows, rain ? &*rain : nullptr,
                          splashes ? &*splashes : nullptr);
+  }
+  // What changes the scene as a whole, in the order of the light: as it leaves the surfaces, in the
+  // air, in the eye.
+  void draw_whole_image(Stopwatch& watch, std::vector<PassCost>& costs) {
+    if (darkening) watch.lap("darkening", draw_darkening(*darkening, surfaces), costs);
+    if (fog) watch.lap("fog", draw_fog(*fog, scene, surfaces, shadows), costs);
+    if (blur) watch.lap("blur", draw_blur(*blur, surfaces), costs);
   }
   void draw_background() {
     if (picture) {
@@ -98,7 +109,9 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                  .drops = scene.drops,
                  .fog = scene.fog,
                  .glow = scene.glow,
-                 .splashes = scene.splashes};
+                 .splashes = scene.splashes,
+                 .darkening = scene.darkening,
+                 .blur = scene.blur};
   std::optional<Image> map;
   if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
   state.surfaces = options.over_picture ? make_scene_targets(scene)
@@ -119,6 +132,8 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
     state.splashes = make_splash_pass(scene, state.space, *state.rain, state.shadows);
   if (scene.fog)
     state.fog = make_fog_pass(scene, state.space, state.surfaces, state.shadows, environment);
+  if (scene.darkening) state.darkening = make_darkening_pass(*scene.darkening);
+  if (scene.blur) state.blur = make_blur_pass(*scene.blur, state.surfaces);
   state.composite =
       make_composite_pass(scene.camera.width_px, scene.camera.height_px, state.streaks(),
                           state.billboards() ? GL_RGBA16F : GL_RGBA32F);
@@ -190,10 +205,7 @@ Frame RainRenderer::draw(double time_s) {
   if (!state.scene.moving.empty()) watch.lap("moving surfaces", stood, frame.costs);
   state.draw_background();
   watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
-  if (state.fog) {
-    const std::string skipped = draw_fog(*state.fog, state.scene, state.surfaces, state.shadows);
-    watch.lap("fog", skipped, frame.costs);
-  }
+  state.draw_whole_image(watch, frame.costs);
   if (state.rain) {
     frame.streaks_in_view = place_rain(*state.rain, state.scene, state.shadows, time_s);
     frame.packets = state.rain->counts;
@@ -237,7 +249,9 @@ FramePlan RainRenderer::plan() {
   if (!state.shadows.empty()) plan.passes.push_back(plan_of(state.shadows));
   plan.passes.push_back(state.picture ? plan_of(*state.picture, state.surfaces)
                                       : plan_of(state.surfaces));
+  if (state.darkening) plan.passes.push_back(plan_of(*state.darkening));
   if (state.fog) plan.passes.push_back(plan_of(*state.fog));
+  if (state.blur) plan.passes.push_back(plan_of(*state.blur));
   if (state.rain) plan.passes.push_back(plan_of(*state.rain));
   if (state.splashes) plan.passes.push_back(plan_of(*state.splashes));
   plan.passes.push_back(plan_of(state.composite));
