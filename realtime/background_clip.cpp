@@ -30,7 +30,19 @@ BackgroundClip::BackgroundClip(const BackgroundFiles& files, const Camera& camer
       camera_(camera),
       scene_file_(scene_file),
       clip_(files.pictures),
-      depths_(picture_files(files.depths)) {}
+      depths_(picture_files(files.depths)) {
+  const std::size_t pictures = picture_files(files.pictures).size();
+  if (files.still && pictures > 1)
+    throw std::runtime_error(
+        fmt::format("{}: {} pictures; expected one, or --video", files.pictures, pictures));
+  if (files.still && depths_.size() > 1) refuse_depths();
+}
+
+void BackgroundClip::refuse_depths() const {
+  throw std::runtime_error(
+      fmt::format("{}: {} depths; expected one for all frames, or one for each of {}",
+                  files_.depths, depths_.size(), files_.pictures));
+}
 
 void BackgroundClip::check_size(const std::string& file, const Image& image) const {
   if (image.width == camera_.width_px && image.height == camera_.height_px) return;
@@ -40,10 +52,7 @@ void BackgroundClip::check_size(const std::string& file, const Image& image) con
 }
 
 void BackgroundClip::read_next_depth() {
-  if (read_ >= depths_.size())
-    throw std::runtime_error(
-        fmt::format("{}: {} depths; expected one for all frames, or one for each of {}",
-                    files_.depths, depths_.size(), files_.pictures));
+  if (read_ >= depths_.size()) refuse_depths();
   picture_.depth_m = read_depth(depths_[read_], files_.depth_scale_m);
   check_size(depths_[read_], picture_.depth_m);
 }
@@ -51,6 +60,7 @@ void BackgroundClip::read_next_depth() {
 bool BackgroundClip::next() {
   if (files_.still && read_ > 0) return true;
   const std::optional<ClipFrame> frame = clip_.next();
+  if (!frame && depths_.size() > 1 && read_ < depths_.size()) refuse_depths();
   if (!frame) return false;
   check_size(files_.pictures, frame->image);
   picture_.color =

@@ -29,7 +29,8 @@ class BackgroundClip {
   BackgroundClip(const BackgroundFiles& files, const Camera& camera, const std::string& scene_file);
 
   // Goes on to the next frame, the first at first; false at the end of the pictures. Refuses a
-  // picture or a depth of another size than the camera's.
+  // picture or a depth of another size than the camera's, and depths that are neither one nor as
+  // many as pictures.
   bool next();
 
   // Of the frame; it stays where it is.
@@ -37,6 +38,7 @@ class BackgroundClip {
 
  private:
   void check_size(const std::string& file, const Image& image) const;
+  [[noreturn]] void refuse_depths() const;
   void read_next_depth();
 
   BackgroundFiles files_ = {};

@@ -1,6 +1,7 @@
 #include "realtime/compose_command.h"
 
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -47,13 +48,32 @@ BackgroundFiles background_files(const ComposeFlags& flags) {
 // A run, and what it has made so far.
 struct Run {
   const ComposeFlags& flags;
-  const Scene& scene;
+  Scene scene;  // without its surfaces: drops have the renderer's
   const StreakAtlas& atlas;
   RainRenderer& renderer;
   DropNumbers numbers = {};
-  std::string drops_csv = {}, particles_xml = {};
   Json frames = Json::array();
 };
+
+// The files of drops of all frames.
+struct DropFiles {
+  std::string csv_file = {}, xml_file = {};
+  std::ofstream csv = {}, xml = {};
+};
+
+DropFiles open_drop_files(const std::string& folder) {
+  DropFiles files = {folder + "/drops.csv", folder + "/camera0.xml"};
+  files.csv.open(files.csv_file, std::ios::binary);
+  files.xml.open(files.xml_file, std::ios::binary);
+  return files;
+}
+
+void append(DropFiles& files, const std::string& csv_text, const std::string& xml_text) {
+  if (!(files.csv << csv_text << std::flush))
+    throw std::runtime_error(files.csv_file + ": cannot write; expected room for it");
+  if (!(files.xml << xml_text << std::flush))
+    throw std::runtime_error(files.xml_file + ": cannot write; expected room for it");
+}
 
 void write_layers(const std::string& folder, int k, const FrameLayers& layers, double white,
                   double mask_coverage) {
@@ -69,16 +89,17 @@ void write_layers(const std::string& folder, int k, const FrameLayers& layers, d
 }
 
 // Returns how many drops are listed.
-std::size_t list_frame(Run& run, int k, double time_s, const Image& depth_m) {
+std::size_t list_frame(Run& run, DropFiles& files, int k, double time_s, const Image& depth_m) {
   if (!run.renderer.rain_packets()) return 0;  // no drop
   Scene scene = run.scene;
   scene.camera = camera_at(run.scene, time_s);
   const auto sets = static_cast<int>(run.atlas.layers.size());
-  const auto drops = drop_field(scene, run.renderer.rain_space(), sets, time_s);
+  auto drops = drop_field(scene, run.renderer.rain_space(), sets, time_s);
+  for (Drop& drop : drops)  // the number of its set in the database
+    drop.oscillation = run.atlas.layers[static_cast<std::size_t>(drop.oscillation)].oscillation;
   const FrameDrops listed = {
       k, time_s, list_drops(scene, streak_geometry(run.atlas), drops, depth_m, run.numbers)};
-  run.drops_csv += drops_csv_rows(listed);
-  run.particles_xml += particles_xml_frame(scene, listed);
+  append(files, drops_csv_rows(listed), particles_xml_frame(scene, listed));
   return listed.drops.size();
 }
 
@@ -91,7 +112,7 @@ Json skipped_passes(const std::vector<PassCost>& costs) {
 }
 
 void compose_frame(Run& run, const std::string& folder, int k, const Picture& picture,
-                   std::optional<VideoWriter>& video) {
+                   DropFiles& files, std::optional<VideoWriter>& video) {
   const double time_s = run.flags.start_s + static_cast<double>(k) / run.flags.frames_per_s;
   run.renderer.show(picture);
   Frame frame = run.renderer.render(time_s);
@@ -104,7 +125,7 @@ void compose_frame(Run& run, const std::string& folder, int k, const Picture& pi
   const double white = run.scene.camera.white_cd_m2;
   write_layers(folder, k, layers, white, run.flags.mask_coverage);
   if (video) video->add(layers.color, white);
-  entry["drops_listed"] = list_frame(run, k, time_s, picture.depth_m);
+  entry["drops_listed"] = list_frame(run, files, k, time_s, picture.depth_m);
   run.frames.push_back(entry);
 }
 
@@ -177,15 +198,15 @@ void compose_all(Run& run, BackgroundClip& background, const std::string& folder
   std::optional<VideoWriter> video;
   if (has_video(most, camera))
     video.emplace(folder + "/rain.mp4", camera.width_px, camera.height_px, run.flags.frames_per_s);
+  DropFiles files = open_drop_files(folder);
+  append(files, drops_csv_head(run.scene), particles_xml_head());
   int k = 0;
   for (; k < most && (k == 0 || background.next()); ++k) {
-    compose_frame(run, folder, k, background.picture(), video);
+    compose_frame(run, folder, k, background.picture(), files, video);
     progress(fmt::format("frame {:04}", k), run.flags.frames ? (k + 1.0) / most : 0);
   }
   if (video) video->finish();
-  write_file_plainly(folder + "/drops.csv", drops_csv_head(run.scene) + run.drops_csv);
-  write_file_plainly(folder + "/camera0.xml",
-                     particles_xml_head() + run.particles_xml + particles_xml_tail());
+  append(files, "", particles_xml_tail());
   write_file_plainly(folder + "/compose.json", document(run));
 }
 
@@ -240,7 +261,7 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   check_flags(flags);
   if (!flags.plan && std::filesystem::exists(flags.out))
     throw std::runtime_error(flags.out + ": is there already; expected a folder to be made");
-  const Scene scene = read_scene(flags.scene);
+  Scene scene = read_scene(flags.scene);
   BackgroundClip background(background_files(flags), scene.camera, flags.scene);
   if (!background.next())
     throw std::runtime_error(flags.video + ": has no frame; expected one or more");
@@ -249,7 +270,9 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   options.over_picture = true;
   RainRenderer renderer(scene, atlas, options);
   if (flags.plan) return plan_text(renderer.plan());
-  Run run = {.flags = flags, .scene = scene, .atlas = atlas, .renderer = renderer};
+  scene.mesh = {};
+  scene.moving.clear();
+  Run run = {.flags = flags, .scene = std::move(scene), .atlas = atlas, .renderer = renderer};
   build_folder_atomically(flags.out, [&](const std::string& temporary) {
     compose_all(run, background, temporary, progress);
   });

@@ -59,6 +59,7 @@ TEST(RainOverAPicture, OfARenderedSceneIsTheRainOfTheScene) {
   PLUVIA_NEEDS_OPENGL();
   Scene scene = rainy_scene(3000);
   scene.splashes.emplace();
+  scene.lights[0].shadow = true;
   add_rectangle(scene.mesh, {-2, 6, 0}, {3, 0, 0}, {0, 0, 3}, {.base_color = {0.6, 0.3, 0.2}});
   const Frame drawn = RainRenderer(scene, quarter_atlas()).render(0.3);
   const Frame over = frame_over(scene, {drawn.background, drawn.depth_m}, 0.3);
@@ -137,6 +138,150 @@ TEST(FrameLayers, AddUpToTheFrame) {
     // The renderer's own has exp as its driver rounds it: some units in the last place of T.
     EXPECT_NEAR(static_cast<double>(frame.color.values[i]), sum, 2e-6 * sum);
   }
+}
+
+TEST(RainOverAPicture, TakesNoShaderAndNoByteOfSurfaces) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(300);
+  scene.environment.uniform_cd_m2 = {0, 0, 0};
+  const auto bytes_and_shaders = [&](bool over_picture) {
+    const RenderOptions options = {.over_picture = over_picture};
+    return RainRenderer(scene, quarter_atlas(), options).plan();
+  };
+  const FramePlan over = bytes_and_shaders(true), drawn = bytes_and_shaders(false);
+  ASSERT_EQ(over.passes.size(), drawn.passes.size());
+  EXPECT_EQ(over.passes[0].name, "picture");
+  EXPECT_EQ(over.passes[0].shaders, (std::vector<std::string>{"screen.vert", "picture.frag"}));
+  EXPECT_EQ(drawn.passes[0].name, "surfaces");
+  for (const std::string& shader : drawn.passes[0].shaders) EXPECT_NE(shader, "picture.frag");
+  // Colour and its depth, 2 x 2 a pixel; distance and depth; what is given. 16, 4, 4, 4, 12 and 4
+  // bytes.
+  EXPECT_EQ(bytes_of(over.passes[0]), 160u * 120 * (4 * (16 + 4) + 4 + 4 + 12 + 4));
+  for (std::size_t i = 1; i < over.passes.size(); ++i) {
+    EXPECT_EQ(over.passes[i].shaders, drawn.passes[i].shaders);
+    EXPECT_EQ(bytes_of(over.passes[i]), bytes_of(drawn.passes[i])) << over.passes[i].name;
+  }
+}
+
+TEST(RainOverAPicture, FogVeilsItByItsDepth) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(0);
+  scene.fog = Fog{.extinction_per_m = 0.05};
+  Picture picture = even_picture(scene.camera, 3, 10);
+  for (int x = 0; x < 160; ++x) picture.depth_m.at(x, 0) = sky;
+  const Frame frame = frame_over(scene, picture);
+  const CameraFrame camera = camera_frame(scene.camera);
+  for (int y = 0; y < 120; y += 7) {
+    for (int x = 0; x < 160; x += 9) {
+      double left = 0;  // of four samples
+      for (const auto& [dx, dy] : {std::pair{0.25, 0.25}, {0.75, 0.25}, {0.25, 0.75}, {0.75, 0.75}})
+        left += std::exp(-0.05 * 10 / camera.focal_px *
+                         Eigen::Vector3d(x + dx - 80, y + dy - 60, camera.focal_px).norm()) /
+                4;
+      if (y == 0) left = 0;  // 1e6 m of it
+      for (int c = 0; c < 3; ++c) {
+        const double expected = 3 * left + scene.environment.uniform_cd_m2[c] * (1 - left);
+        // Distances come back from a depth in floats, 1e-6 of 10 m at 0.05 / m, through exp.
+        EXPECT_NEAR(static_cast<double>(frame.background.at(x, y, c)), expected, 1e-5)
+            << x << ", " << y;
+      }
+    }
+  }
+}
+
+Picture motley_picture(const Camera& camera) {
+  Picture picture = even_picture(camera, 0, sky);
+  for (std::size_t i = 0; i < picture.color.values.size(); ++i)
+    picture.color.values[i] =
+        static_cast<float>(0.1 + static_cast<double>((i * 2654435761u >> 7) % 1000) / 250);
+  return picture;
+}
+
+TEST(Darkening, MixesColoursWithTheirLuminance) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(0);
+  scene.darkening = Darkening{.desaturation = 0.6, .brightness = 0.8};
+  const Picture picture = motley_picture(scene.camera);
+  const Frame frame = frame_over(scene, picture);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const auto was = [&](int c) { return static_cast<double>(picture.color.at(x, y, c)); };
+      const double grey = 0.2126 * was(0) + 0.7152 * was(1) + 0.0722 * was(2);
+      for (int c = 0; c < 3; ++c) {
+        const double expected = 0.8 * (0.4 * was(c) + 0.6 * grey);
+        // A dozen roundings of values up to 4.1.
+        EXPECT_NEAR(static_cast<double>(frame.background.at(x, y, c)), expected,
+                    12 * 0x1p-24 * 4.1);
+      }
+    }
+  }
+}
+
+// The formula of realtime/blur_pass.h, in double.
+double blurred(const Image& image, int x, int y, int c, double sigma_px) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_px));
+  double sum = 0, weights = 0;
+  for (int j = -reach; j <= reach; ++j) {
+    for (int i = -reach; i <= reach; ++i) {
+      const double weight = std::exp(-(i * i + j * j) / (2 * sigma_px * sigma_px));
+      weights += weight;
+      sum += weight * static_cast<double>(image.at(std::clamp(x + i, 0, image.width - 1),
+                                                   std::clamp(y + j, 0, image.height - 1), c));
+    }
+  }
+  return sum / weights;
+}
+
+TEST(Blur, IsAGaussianOfThePicture) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(0);
+  for (const double sigma_px : {0.7, 2.5}) {
+    scene.blur = Blur{sigma_px};
+    const Picture picture = motley_picture(scene.camera);
+    const Frame frame = frame_over(scene, picture);
+    for (int y = 0; y < 120; y += 7) {
+      for (int x = 0; x < 160; ++x) {
+        // 17 weights twice, each a rounding and two of the sum; values up to 4.1.
+        EXPECT_NEAR(static_cast<double>(frame.background.at(x, y, 1)),
+                    blurred(picture.color, x, y, 1, sigma_px), 2 * 3 * 17 * 0x1p-24 * 4.1)
+            << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(WholeImage, AnEffectThatIsNotCalledForContributesNothing) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene bare = rainy_scene(300);
+  const auto plan = [](const Scene& scene) { return RainRenderer(scene, quarter_atlas()).plan(); };
+  const FramePlan without = plan(bare);
+  Scene dark = bare, blurry = bare;
+  dark.darkening.emplace();
+  blurry.blur = Blur{2};
+  for (const auto& [name, scene] : {std::pair{"darkening", dark}, {"blur", blurry}}) {
+    const FramePlan with = plan(scene);
+    ASSERT_EQ(with.passes.size(), without.passes.size() + 1) << name;
+    EXPECT_EQ(with.passes[1].name, name);
+    for (std::size_t i = 0; i < without.passes.size(); ++i) {
+      const PlannedPass& same = with.passes[i == 0 ? 0 : i + 1];
+      EXPECT_EQ(same.name, without.passes[i].name);
+      EXPECT_EQ(same.shaders, without.passes[i].shaders);
+      EXPECT_EQ(bytes_of(same), bytes_of(without.passes[i])) << name << " changes " << same.name;
+    }
+  }
+}
+
+TEST(WholeImage, WhatCannotBeSeenIsSkippedAndSaidSo) {
+  PLUVIA_NEEDS_OPENGL();
+  Scene scene = rainy_scene(0);
+  scene.darkening = Darkening{};
+  scene.blur = Blur{0.1};
+  const Frame frame = RainRenderer(scene, StreakAtlas()).render(0);
+  ASSERT_EQ(frame.costs.size(), 4u);
+  EXPECT_EQ(frame.costs[1].skipped, "it leaves colours alone");
+  EXPECT_EQ(frame.costs[2].skipped, "it is narrower than a pixel");
+  const Frame bare = RainRenderer(rainy_scene(0), StreakAtlas()).render(0);
+  EXPECT_EQ(frame.background.values, bare.background.values);
 }
 
 TEST(RainMask, IsWhereCoverageReachesItsBound) {
