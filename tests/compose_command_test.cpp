@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atlas/depth_picture.h"
+#include "atlas/exr_parts.h"
 #include "atlas/gray_png.h"
 #include "atlas/image_io.h"
 #include "realtime/compose_command.h"
@@ -44,6 +45,13 @@ seed = 77
 
 constexpr float sky = std::numeric_limits<float>::infinity();
 
+// Also what is not finite.
+void write_depth(const std::string& file, const Image& depth_m) {
+  const ExrPart part = {
+      .width = depth_m.width, .height = depth_m.height, .channels = {{"Z", depth_m.values}}};
+  write_file_plainly(file, exr_bytes({part}));
+}
+
 // A scene, its atlas, a picture with a grey ramp and depths, nearer on the left.
 struct Inputs {
   TemporaryFolder folder = {};
@@ -51,7 +59,9 @@ struct Inputs {
 
   Inputs() {
     write_file_plainly(folder / "scene.toml", scene_text);
-    write_atlas(folder / "atlas", quarter_atlas());
+    StreakAtlas atlas = quarter_atlas();
+    atlas.diameter_um = 3200;
+    write_atlas(folder / "atlas", atlas);
     Image picture = make_image(64, 36, 3);
     for (int y = 0; y < 36; ++y) {
       for (int x = 0; x < 64; ++x) {
@@ -60,7 +70,7 @@ struct Inputs {
       }
     }
     write_png(folder / "picture.png", picture);
-    write_exr(folder / "depth.exr", depth_m);
+    write_depth(folder / "depth.exr", depth_m);
   }
   ComposeFlags flags(const std::string& out) const {
     ComposeFlags flags;
@@ -147,7 +157,7 @@ TEST(Compose, TakesPicturesAndDepthsFrameByFrame) {
     write_exr(fmt::format("{}/clip/{}.exr", inputs.folder.path(), k), picture);
     Image depth_m = make_image(64, 36);
     std::fill(depth_m.values.begin(), depth_m.values.end(), k == 1 ? 0.05f : sky);
-    write_exr(fmt::format("{}/depths/{}.exr", inputs.folder.path(), k), depth_m);
+    write_depth(fmt::format("{}/depths/{}.exr", inputs.folder.path(), k), depth_m);
   }
   ComposeFlags flags = inputs.flags("out");
   flags.image = "";
@@ -283,7 +293,7 @@ TEST(DepthPicture, IsInMetresWithAnInfiniteSky) {
   const TemporaryFolder folder;
   Image depth_m = make_image(2, 1);
   depth_m.values = {1.5f, sky};
-  write_exr(folder / "depth.exr", depth_m);
+  write_depth(folder / "depth.exr", depth_m);
   EXPECT_EQ(read_depth(folder / "depth.exr", 0).values, depth_m.values);
   write_file_plainly(folder / "depth.png", gray_png_bytes({2, 1, {384, 65535}}));
   EXPECT_EQ(read_depth(folder / "depth.png", 1 / 256.0).values, depth_m.values);
@@ -295,7 +305,7 @@ TEST(DepthPicture, IsRefusedWhereItIsNoDepth) {
     Image depth_m = make_image(3, 2);
     std::fill(depth_m.values.begin(), depth_m.values.end(), 1.0f);
     depth_m.at(2, 1) = bad;
-    write_exr(folder / "bad.exr", depth_m);
+    write_depth(folder / "bad.exr", depth_m);
     EXPECT_THAT(message_of([&] { read_depth(folder / "bad.exr", 0); }),
                 HasSubstr(fmt::format("bad.exr: pixel (2, 1) has depth {} m; expected", bad)));
   }
@@ -313,7 +323,7 @@ TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
   write_exr(inputs.folder / "small.exr", make_image(32, 18, 3));
   Image depth_m = inputs.depth_m;
   depth_m.at(3, 4) = -2;
-  write_exr(inputs.folder / "negative.exr", depth_m);
+  write_depth(inputs.folder / "negative.exr", depth_m);
   const auto refused = [&](const std::string& image, const std::string& depth,
                            const std::string& more, int code, const std::string& part) {
     const std::string in = inputs.folder.path() + "/";
@@ -338,8 +348,8 @@ TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
   refused("picture.png", "negative.exr", "", 1, "negative.exr: pixel (3, 4) has depth -2 m");
   refused("picture.png", "picture.png", "--depth-scale-m 1", 1, "expected 16 bits of grey");
   make_folder(inputs.folder / "two");
-  write_exr(inputs.folder / "two/a.exr", inputs.depth_m);
-  write_exr(inputs.folder / "two/b.exr", inputs.depth_m);
+  write_depth(inputs.folder / "two/a.exr", inputs.depth_m);
+  write_depth(inputs.folder / "two/b.exr", inputs.depth_m);
   refused("two", "depth.exr", "", 1, "two: 2 pictures; expected one, or --video");
   refused("picture.png", "two", "", 1, "two: 2 depths; expected one for all frames");
   make_folder(inputs.folder / "there");
