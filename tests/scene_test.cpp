@@ -343,6 +343,21 @@ TEST(Scene, SplashesNeedRain) {
             std::string::npos);
 }
 
+TEST(Scene, DarkeningAndBlurAreReadAndTheirMistakesRefused) {
+  const auto read_text = [](const std::string& tables) {
+    return read_scene(scratch_file("scene.toml", camera + tables));
+  };
+  const Scene bare = read_text("");
+  EXPECT_FALSE(bare.darkening.has_value() || bare.blur.has_value());
+  const Scene scene = read_text("[darkening]\ndesaturation = 0.4\n[blur]\nsigma_px = 2.5\n");
+  EXPECT_EQ(scene.darkening->desaturation, 0.4);
+  EXPECT_EQ(scene.darkening->brightness, 1);
+  EXPECT_EQ(scene.blur->sigma_px, 2.5);
+  for (const char* wrong : {"[darkening]\ndesaturation = 1.1\n", "[darkening]\nbrightness = 0\n",
+                            "[darkening]\nsigma_px = 1\n", "[blur]\n", "[blur]\nsigma_px = 0\n"})
+    EXPECT_THROW(read_text(wrong), std::runtime_error) << wrong;
+}
+
 TEST(Scene, ACamerasAxesAreRightHandedInEveryDirection) {
   for (const Eigen::Vector3d& target :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(0, 0, 1),
