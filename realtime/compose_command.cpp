@@ -252,8 +252,8 @@ CLI::App* add_compose(CLI::App& app, ComposeFlags& flags) {
       ->check(finite_range(0, 1e6))
       ->capture_default_str();
   command->footer(
-      "example: pluvia compose data/scenes/picture.toml --image data/pictures/courtyard.png "
-      "--depth data/pictures/courtyard_depth.png --depth-scale-m 0.001 --atlas atlas --out rain");
+      "example: pluvia compose data/scenes/picture.toml --image data/pictures/street.png "
+      "--depth data/pictures/street_depth.png --depth-scale-m 0.001 --atlas atlas --out rain");
   return command;
 }
 
