@@ -46,8 +46,11 @@ struct WindPrimitive {
   std::vector<WindKey> path = {};  // ascending times; empty: steady
 };
 
+constexpr double widest_turn_rad = 2.967;  // 170 degrees
+
 // The primitive as its path has it: place and strength as raytrace/key_path.h, the axis evenly
-// along the chord from key to key. Keys one after the other have axes less than 170 degrees apart.
+// along the chord from key to key. Axes of keys one after the other are at most widest_turn_rad
+// apart.
 WindPrimitive primitive_at(const WindPrimitive& primitive, double time_s);
 
 // Of one steady primitive, and the sum of all as they are at a time over an even wind.
