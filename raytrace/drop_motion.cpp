@@ -105,13 +105,19 @@ DropMotion make_drop_motion(const Scene& scene) {
     motion.sizes.push_back(size);
   }
   Scene posed = scene;
-  prepare_stage(motion, posed, 0);
+  start_drops(motion, posed);
+  return motion;
+}
+
+void start_drops(DropMotion& motion, Scene& scene) {
+  prepare_stage(motion, scene, 0);
+  motion.steps = 0;
+  motion.drops.clear();
   for (const MovingSize& size : motion.sizes) {
     for (std::uint32_t k = 0; k < size.count; ++k)
       motion.drops.push_back(
           entering(size, motion.around, place_in_box(size, k, 0, motion.around.size_m), 0));
   }
-  return motion;
 }
 
 bool has_stages(const DropMotion& motion, const Scene& scene) {
@@ -173,7 +179,7 @@ long steps_until(double time_s) {
 }
 
 void move_drops(DropMotion& motion, Scene& scene, double time_s) {
-  if (steps_until(time_s) < motion.steps) motion = make_drop_motion(scene);
+  if (steps_until(time_s) < motion.steps) start_drops(motion, scene);
   for (; motion.steps < steps_until(time_s); ++motion.steps) {
     prepare_stage(motion, scene, motion.steps);
     for (const MovingSize& size : motion.sizes) {
@@ -183,6 +189,25 @@ void move_drops(DropMotion& motion, Scene& scene, double time_s) {
       }
     }
   }
+}
+
+DropNow drop_now(const DropMotion& motion, const MovingDrop& drop, const TopHeight& top,
+                 double time_s) {
+  const double late_s = time_s - static_cast<double>(motion.steps) * motion_step_s;
+  DropNow now = {.velocity_m_s = drop.velocity_m_s, .hit_time_s = 1e30};
+  if (now.velocity_m_s.norm() < least_speed_m_s) now.velocity_m_s = {0, 0, -least_speed_m_s};
+  const Eigen::Vector3d at = motion.around.low_m + drop.position_m;
+  if (drop.since_hit_s >= 0) {
+    now.hit_time_s = -(drop.since_hit_s + late_s);
+    now.centre_m = at - now.hit_time_s * now.velocity_m_s;
+    return now;
+  }
+  now.centre_m = at + late_s * now.velocity_m_s;
+  const double above_m = now.centre_m.z() - height_at(top, now.centre_m.x(), now.centre_m.y());
+  const double fall_m_s = -now.velocity_m_s.z();
+  if (above_m <= 0 || fall_m_s >= least_speed_m_s)
+    now.hit_time_s = above_m / std::max(fall_m_s, least_speed_m_s);
+  return now;
 }
 
 std::uint32_t bits_of(const MovingSize& size, std::uint32_t k, const MovingDrop& drop) {

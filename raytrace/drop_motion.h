@@ -42,7 +42,7 @@ constexpr double motion_step_s = 1.0 / 120;
 constexpr int motion_stage_steps = 4;
 constexpr double least_bounce_m_s = 0.5;
 constexpr double back_off_m = 1e-3;
-constexpr double most_moving_drops = 4e6;
+constexpr double most_moving_drops = 2e6;  // 64 MB of a shader's 128
 
 struct MovingDrop {
   Eigen::Vector3d position_m = {0, 0, 0};    // from the box's low corner; of a drop that has hit:
@@ -78,8 +78,12 @@ struct DropMotion {
 // Whether the scene's rain needs a state.
 bool needs_motion(const Rain& rain);
 
-// The rain at time 0. Throws std::runtime_error for more than most_moving_drops.
+// The rain at time 0, with the moving parts posed then. Throws std::runtime_error for more than
+// most_moving_drops.
 DropMotion make_drop_motion(const Scene& scene);
+
+// Back to time 0. Poses the scene's moving parts.
+void start_drops(DropMotion& motion, Scene& scene);
 
 // What the step from `step` on needs: `around` for its stage. Poses the scene's moving parts.
 // Whether anything has changed.
@@ -98,6 +102,18 @@ long steps_until(double time_s);
 // Moves all drops to the last step before a time, from the beginning where that lies behind. Poses
 // the scene's moving parts.
 void move_drops(DropMotion& motion, Scene& scene, double time_s);
+
+// A drop at a time within the step after its last one: it goes straight on. A falling one hits
+// where its height above the surface of `top` straight below is fallen through, 1e30 for one that
+// rises; of one that has hit, the centre is where it would be had it gone on. A velocity below
+// least_speed_m_s, which has no direction to speak of, is that speed straight down.
+constexpr double least_speed_m_s = 1e-3;
+struct DropNow {
+  Eigen::Vector3d centre_m = {0, 0, 0}, velocity_m_s = {0, 0, 0};
+  double hit_time_s = 0;  // from now; <= 0: it has hit
+};
+DropNow drop_now(const DropMotion& motion, const MovingDrop& drop, const TopHeight& top,
+                 double time_s);
 
 // 32 bits of the drop's own.
 std::uint32_t bits_of(const MovingSize& size, std::uint32_t k, const MovingDrop& drop);

@@ -249,7 +249,7 @@ TEST(DropMotion, MoreDropsThanItsMostAreRefused) {
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_STREQ(error.what(),
-                 "rain: 2.4e+07 drops in the box, moved by wind; expected at most 4000000: a "
+                 "rain: 2.4e+07 drops in the box, moved by wind; expected at most 2000000: a "
                  "smaller box or less rain");
   }
 }
