@@ -1,7 +1,7 @@
 // The drops around a scene's camera at one instant: those of the rain space (raytrace/rain_space.h)
 // and the scene's single drops, from the seed alone: any time can be asked for, in any order. The
 // renderer and every reference read this list; the GPU has the same closed form
-// (realtime/shaders/rain_drops.glsl), tested against this one to 1 mm.
+// (realtime/shaders/drops_closed.glsl), tested against this one to 1 mm.
 //
 // The orientation of a drop's transverse mode is relative to the view, as in the 2006 database: the
 // set decides it, not the world.

@@ -139,6 +139,10 @@ void RainRenderer::set_lights(const std::vector<Light>& lights) {
   state_->scene.lights = lights;
 }
 
+void RainRenderer::set_wind(const std::vector<WindPrimitive>& primitives) {
+  if (state_->wind) change_wind(*state_->wind, primitives);
+}
+
 const RainSpace& RainRenderer::rain_space() const {
   return state_->space;
 }

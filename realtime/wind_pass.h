@@ -49,6 +49,9 @@ WindPass make_wind_pass(const Scene& scene);
 // Moves the drops to the last step before a time. Why no step was taken; empty: one was.
 std::string step_wind(WindPass& pass, double time_s);
 
+// From the next step on.
+void change_wind(WindPass& pass, const std::vector<WindPrimitive>& primitives);
+
 // Seconds from the last step to a time.
 double late_s(const WindPass& pass, double time_s);
 
