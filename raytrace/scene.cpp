@@ -244,13 +244,20 @@ void read_density(TomlReader& reader, Rain& rain) {
 }
 
 // Drops that move by steps are all of those in the box, spread evenly over its top.
-void refuse_endless_box(TomlReader& reader) {
+void refuse_endless_rain(TomlReader& reader) {
   if (!reader.has("box_min_m") || !reader.has("box_max_m"))
     reader.refuse("box_min_m",
                   "rain without a box in the wind of primitives; expected box_min_m and box_max_m");
   if (reader.has("density_map"))
     reader.refuse("density_map",
                   "rain.density_map in the wind of primitives; expected neither or one of them");
+  for (const char* key : {"culling_radius_m", "local_height_m", "lost_share"}) {
+    if (reader.has(key))
+      reader.refuse(key,
+                    fmt::format("rain.{} in the wind of primitives, where all drops of the box "
+                                "are drawn; expected the box alone",
+                                key));
+  }
 }
 
 // What of the rain does not fall, or too fast for a closed form of 1e7 s.
@@ -288,7 +295,7 @@ Rain read_rain(TomlReader reader, const Rain& wind) {
   reader.optional("seed", seed);
   rain.seed = seed;
   read_box(reader, rain);
-  if (!rain.wind.empty()) refuse_endless_box(reader);
+  if (!rain.wind.empty()) refuse_endless_rain(reader);
   read_density(reader, rain);
   reader.optional("culling_radius_m", rain.culling_radius_m, {0, 1e4, true}, "m");
   reader.optional("local_height_m", rain.local_height_m, {0.01, 1e4}, "m");

@@ -364,6 +364,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   const bool billboards = options.path == RainPath::billboards_2010;
   pass.lens = !billboards && has_circles(scene.camera);
   pass.far_streaks = billboards ? 0 : options.far_streaks;
+  if (wind && options.far_streaks > 0)
+    pass.notes.push_back("drops that move by steps are all drawn: far_streaks does nothing");
   if (scene.camera.depth_of_field) pass.notes.push_back(lens_note(scene.camera, billboards));
   if (billboards) {
     if (pass.taps > 1)

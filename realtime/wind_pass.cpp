@@ -12,7 +12,7 @@
 namespace pluvia {
 namespace {
 
-enum Binding : GLuint { uniforms_at, drops_at, sizes_at, wind_at_, top_heights_at };
+enum Binding : GLuint { uniforms_at, drops_at, sizes_at, grid_at, top_heights_at };
 
 // In one dispatch: llvmpipe ends a shader without a word after 65,535 rounds of its loops.
 constexpr long most_steps = 32;
@@ -24,7 +24,7 @@ ShaderDefines defines() {
           {"WIND_UNIFORMS", std::to_string(uniforms_at)},
           {"MOVING_DROPS", std::to_string(drops_at)},
           {"MOVING_SIZES", std::to_string(sizes_at)},
-          {"WIND", std::to_string(wind_at_)},
+          {"WIND", std::to_string(grid_at)},
           {"TOP_HEIGHTS", std::to_string(top_heights_at)},
           {"STEP_S", fmt::format("{:.9g}", motion_step_s)},
           {"GRAVITY_M_S2", fmt::format("{:.9g}", gravity_m_s2)},
@@ -89,7 +89,7 @@ void take_steps(const WindPass& pass, long steps) {
   glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniforms.id());
   bind_storage(drops_at, pass.drops);
   bind_storage(sizes_at, pass.sizes);
-  bind_storage(wind_at_, pass.wind);
+  bind_storage(grid_at, pass.wind);
   bind_storage(top_heights_at, pass.top_heights);
   glProgramUniform1ui(pass.step.id(), 1, static_cast<GLuint>(steps));
   for (std::size_t i = 0; i < pass.motion.sizes.size(); ++i) {

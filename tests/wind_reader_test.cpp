@@ -88,6 +88,13 @@ TEST(WindReader, RefusesWithThePlaceInTheFile) {
   EXPECT_EQ(refusal(vortex + "position_m = [0, 0, 0]\nstrength_m2_s = 3\n",
                     camera + "[rain]\ndrops_per_m3 = 10\n"),
             "4:1: rain without a box in the wind of primitives; expected box_min_m and box_max_m");
+  const std::string steady = vortex + "position_m = [0, 0, 0]\nstrength_m2_s = 3\n";
+  EXPECT_NE(refusal(steady, camera + rain + "density_map = \"a.png\"\n")
+                .find("rain.density_map in the wind of primitives"),
+            std::string::npos);
+  EXPECT_NE(refusal(steady, camera + rain + "lost_share = 0.1\n")
+                .find("rain.lost_share in the wind of primitives"),
+            std::string::npos);
 }
 
 }  // namespace
