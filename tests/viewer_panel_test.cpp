@@ -130,8 +130,7 @@ TEST_F(Panel, ScreenshotsSayWhereTheyAreOrWhyNot) {
 TEST_F(Panel, WindPrimitivesHaveControlsAndTheWindItsLines) {
   Scene scene = rainy_scene(300);
   scene.rain.wind = {{.kind = WindKind::vortex, .position_m = {1, 4, 0}, .strength = 20}};
-  viewer =
-      make_viewer(std::make_shared<GlContext>(), scene, quarter_atlas(), {}, 0.5, folder.path());
+  viewer = make_viewer(viewer.context, scene, quarter_atlas(), {}, 0.5, folder.path());
   draw();
   const auto lines_drawn = [&] {
     frame({300, 400}, false);
