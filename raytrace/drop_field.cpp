@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "raytrace/drop_motion.h"
+
 namespace pluvia {
 namespace {
 
@@ -51,6 +53,7 @@ struct Field {
   void add_cell(int size_index, const LocalSpace& local, const RainCell& cell);
   void add_size(int size_index, double time_s);
   void add_single(std::size_t i, double time_s);
+  void add_moving(double time_s);
 };
 
 void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& cell) {
@@ -89,6 +92,27 @@ void Field::add_single(std::size_t i, double time_s) {
                 drop.oscillation % oscillation_count));
 }
 
+void Field::add_moving(double time_s) {
+  Scene posed = scene;
+  DropMotion motion = make_drop_motion(scene);
+  move_drops(motion, posed, time_s);
+  for (std::size_t s = 0; s < motion.sizes.size(); ++s) {
+    const MovingSize& size = motion.sizes[s];
+    const TopHeight& top = space.tops[static_cast<std::size_t>(space.sizes[s].top)];
+    for (std::uint32_t k = 0; k < size.count; ++k) {
+      const MovingDrop& drop = motion.drops[size.first + k];
+      const DropNow now = drop_now(motion, drop, top, time_s);
+      const auto sets = static_cast<std::uint64_t>(oscillation_count);
+      add({.name = {.size = static_cast<int>(s), .number = k, .round = drop.fall},
+           .centre_m = now.centre_m,
+           .velocity_m_s = now.velocity_m_s,
+           .r0_m = size.drops.r0_m,
+           .oscillation = static_cast<int>((bits_of(size, k, drop) * sets) >> 32),
+           .hit_time_s = now.hit_time_s});
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
@@ -113,7 +137,12 @@ std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int osc
                              double time_s) {
   assert(oscillation_count >= 1);
   Field field{scene, space, oscillation_count};
-  for (std::size_t i = 0; i < space.sizes.size(); ++i) field.add_size(static_cast<int>(i), time_s);
+  if (needs_motion(scene.rain)) {
+    field.add_moving(time_s);
+  } else {
+    for (std::size_t i = 0; i < space.sizes.size(); ++i)
+      field.add_size(static_cast<int>(i), time_s);
+  }
   for (std::size_t i = 0; i < scene.drops.size(); ++i) field.add_single(i, time_s);
   return std::move(field.drops);
 }

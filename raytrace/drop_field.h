@@ -1,7 +1,7 @@
 // The drops around a scene's camera at one instant: those of the rain space (raytrace/rain_space.h)
-// and the scene's single drops, from the seed alone. No stored state: any time can be asked for, in
-// any order. The renderer and every reference read this list; the GPU has the same closed form
-// (realtime/shaders/rain_drops.glsl), tested against this one to 1 mm.
+// and the scene's single drops, from the seed alone: any time can be asked for, in any order. The
+// renderer and every reference read this list; the GPU has the same closed form
+// (realtime/shaders/drops_closed.glsl), tested against this one to 1 mm.
 //
 // The orientation of a drop's transverse mode is relative to the view, as in the 2006 database: the
 // set decides it, not the world.
@@ -52,7 +52,8 @@ std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
 // those that have hit already. Drops of the rain whose centre is outside its box are left out.
 // oscillation_count: number of oscillation sets, >= 1; the field draws one uniformly, and a single
 // drop takes its own modulo that number. Throws std::runtime_error for a time that local_space
-// refuses.
+// refuses. Rain that moves by steps (raytrace/drop_motion.h) is moved there from time 0; its names
+// have the number of the drop in its size and, as their round, its fall.
 std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              double time_s);
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "raytrace/drop_motion.h"
 #include "raytrace/local_size.h"
 #include "raytrace/scene_tops.h"
 
@@ -18,6 +19,7 @@ constexpr double pi = std::numbers::pi;
 constexpr double longest_time_s = 1e7;
 constexpr double drops_per_cell = 128;  // a shader's group holds 256: 11 standard deviations more
 constexpr double most_drops_per_cell = 500;
+constexpr double farthest_m = 1e5;      // from any camera to any drop of a box
 constexpr double finest_cell_m = 1e-3;  // their numbers stay integers up to 1e6 m from the origin
 
 // Poisson's distribution function, up to where 2^-33 is left.
@@ -56,12 +58,12 @@ int top_for(const Scene& scene, const FallFrame& frame, RainSpace& space) {
   return static_cast<int>(space.tops.size()) - 1;
 }
 
-void add_size(const Scene& scene, const RainSize& drops, RainSpace& space) {
+void add_size(const Scene& scene, const RainSize& drops, const FallFrame& frame, RainSpace& space) {
   const auto index = static_cast<std::uint32_t>(space.sizes.size());
   const std::uint64_t seed = scene.rain.seed;
   RainSizeSpace size;
   size.drops = drops;
-  size.frame = fall_frame(drops.velocity_m_s);
+  size.frame = frame;
   size.speed_m_s = drops.velocity_m_s.norm();
   size.stream =
       rain_hash(static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), index);
@@ -87,11 +89,13 @@ void add_size(const Scene& scene, const RainSize& drops, RainSpace& space) {
 void add_single_drops(const Scene& scene, RainSpace& space) {
   for (const SingleDrop& drop : scene.drops) {
     const auto same = std::find_if(space.sizes.begin(), space.sizes.end(), [&](const auto& size) {
-      return size.drops.r0_m == drop.r0_m && size.drops.velocity_m_s == drop.velocity_m_s;
+      return size.drops.r0_m == drop.r0_m && size.drops.velocity_m_s == drop.velocity_m_s &&
+             same_fall(size.frame, fall_frame(drop.velocity_m_s));
     });
     space.single_sizes.push_back(static_cast<int>(same - space.sizes.begin()));
     if (same == space.sizes.end())
-      add_size(scene, {.r0_m = drop.r0_m, .velocity_m_s = drop.velocity_m_s}, space);
+      add_size(scene, {.r0_m = drop.r0_m, .velocity_m_s = drop.velocity_m_s},
+               fall_frame(drop.velocity_m_s), space);
   }
 }
 
@@ -139,17 +143,24 @@ double expected_drops(const Scene& scene, const RainSpace& space) {
   return most;
 }
 
+// Drops that move by steps are drawn wherever they are.
+LocalSize whole_box(const Rain& rain) {
+  return {.radius_m = farthest_m, .height_m = rain.box_max_m.z() - rain.box_min_m.z()};
+}
+
 }  // namespace
 
 RainSpace make_rain_space(const Scene& scene) {
   RainSpace space;
+  const bool by_steps = needs_motion(scene.rain);
   if (!scene.rain.sizes.empty()) {
-    const LocalSize size = choose_local_size(scene);
+    const LocalSize size = by_steps ? whole_box(scene.rain) : choose_local_size(scene);
     space.culling_radius_m = size.radius_m;
     space.local_height_m = size.height_m;
     space.lost_share = size.lost_share;
   }
-  for (const RainSize& size : scene.rain.sizes) add_size(scene, size, space);
+  for (const RainSize& size : scene.rain.sizes)
+    add_size(scene, size, by_steps ? FallFrame() : fall_frame(size.velocity_m_s), space);
   space.expected_drops = expected_drops(scene, space);
   if (space.expected_drops > most_local_drops)
     throw std::runtime_error(fmt::format(

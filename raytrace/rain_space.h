@@ -15,6 +15,9 @@
 // way the camera goes: up, down or around, the slab only shows others (the run position with its
 // height correction does the same for a stored set). Nothing repeats, and nothing is stored.
 //
+// Rain that moves by steps (raytrace/drop_motion.h) has no cells: its local space is the box, its
+// frames are the world's.
+//
 // The exact steps: integers modulo 2^32 up to the coordinates, so that a GPU without double takes
 // the same decisions. 2^32 phases are one local height: a step of 5 nm for 20 m.
 //   once a scene:  stream = rain_hash(seed's low word, its high word, index of the size)

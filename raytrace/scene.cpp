@@ -14,6 +14,7 @@
 #include "raytrace/gltf_mesh.h"
 #include "raytrace/moving_parts.h"
 #include "raytrace/toml_reader.h"
+#include "raytrace/wind_reader.h"
 
 namespace pluvia {
 namespace {
@@ -242,6 +243,23 @@ void read_density(TomlReader& reader, Rain& rain) {
                                   rain.box_max_m.head<2>(), rain.box_max_m.z());
 }
 
+// Drops that move by steps are all of those in the box, spread evenly over its top.
+void refuse_endless_rain(TomlReader& reader) {
+  if (!reader.has("box_min_m") || !reader.has("box_max_m"))
+    reader.refuse("box_min_m",
+                  "rain without a box in the wind of primitives; expected box_min_m and box_max_m");
+  if (reader.has("density_map"))
+    reader.refuse("density_map",
+                  "rain.density_map in the wind of primitives; expected neither or one of them");
+  for (const char* key : {"culling_radius_m", "local_height_m", "lost_share"}) {
+    if (reader.has(key))
+      reader.refuse(key,
+                    fmt::format("rain.{} in the wind of primitives, where all drops of the box "
+                                "are drawn; expected the box alone",
+                                key));
+  }
+}
+
 // What of the rain does not fall, or too fast for a closed form of 1e7 s.
 void refuse_odd_velocities(const TomlReader& reader, const Rain& rain) {
   for (const RainSize& size : rain.sizes) {
@@ -254,9 +272,9 @@ void refuse_odd_velocities(const TomlReader& reader, const Rain& rain) {
   }
 }
 
-Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
-  Rain rain;
-  rain.wind_m_s = wind_m_s;
+// wind: a rain that has its wind alone.
+Rain read_rain(TomlReader reader, const Rain& wind) {
+  Rain rain = wind;
   Eigen::Vector3d direction(0, 0, -1);
   reader.optional("fall_direction", direction, {-1e3, 1e3});
   if (!(direction.z() < 0))
@@ -271,12 +289,13 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
                                       "expected one of them",
                                       ways));
   rain.sizes = reader.has("rate_mm_h")
-                   ? read_distribution(reader, direction, wind_m_s, rain.undrawn_per_m)
-                   : read_one_size(reader, direction, wind_m_s);
+                   ? read_distribution(reader, direction, rain.wind_m_s, rain.undrawn_per_m)
+                   : read_one_size(reader, direction, rain.wind_m_s);
   unsigned long long seed = rain.seed;
   reader.optional("seed", seed);
   rain.seed = seed;
   read_box(reader, rain);
+  if (!rain.wind.empty()) refuse_endless_rain(reader);
   read_density(reader, rain);
   reader.optional("culling_radius_m", rain.culling_radius_m, {0, 1e4, true}, "m");
   reader.optional("local_height_m", rain.local_height_m, {0.01, 1e4}, "m");
@@ -284,13 +303,6 @@ Rain read_rain(TomlReader reader, const Eigen::Vector3d& wind_m_s) {
   reader.finish();
   refuse_odd_velocities(reader, rain);
   return rain;
-}
-
-Eigen::Vector3d read_wind(TomlReader reader) {
-  Eigen::Vector3d velocity_m_s;
-  reader.required("velocity_m_s", velocity_m_s, {-100, 100});
-  reader.finish();
-  return velocity_m_s;
 }
 
 Fog read_fog(TomlReader reader) {
@@ -369,9 +381,9 @@ Scene read_scene(const std::string& file) {
   scene.camera = read_camera(reader, scene.camera_path);
   for (TomlReader& light : reader.tables("light")) scene.lights.push_back(read_light(light));
   if (reader.has("environment")) scene.environment = read_environment(reader.table("environment"));
-  Eigen::Vector3d wind_m_s(0, 0, 0);
-  if (reader.has("wind")) wind_m_s = read_wind(reader.table("wind"));
-  if (reader.has("rain")) scene.rain = read_rain(reader.table("rain"), wind_m_s);
+  Rain wind;
+  if (reader.has("wind")) read_wind(reader.table("wind"), wind);
+  if (reader.has("rain")) scene.rain = read_rain(reader.table("rain"), wind);
   for (TomlReader& drop : reader.tables("drop")) scene.drops.push_back(read_drop(drop));
   if (reader.has("fog")) scene.fog = read_fog(reader.table("fog"));
   if (reader.has("glow")) {

@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include "raytrace/density_map.h"
+#include "raytrace/wind_field.h"
 
 namespace pluvia {
 
@@ -112,6 +113,8 @@ struct RainSize {  // drops of one size, all with one velocity
 struct Rain {
   std::vector<RainSize> sizes = {};      // none: no rain
   Eigen::Vector3d wind_m_s = {0, 0, 0};  // in each velocity of sizes
+  std::vector<WindPrimitive> wind = {};  // over that wind; any: drops move by steps
+  double restitution = 0;                // of a bounce (raytrace/drop_motion.h), 0 .. 0.9
   // Drops are where their centre at shutter-open is inside; each side >= 1 mm.
   Eigen::Vector3d box_min_m = {-1e6, -1e6, -1e6};
   Eigen::Vector3d box_max_m = {1e6, 1e6, 1e6};
@@ -191,7 +194,14 @@ struct Scene {
 //                  without rate_mm_h one size: mean_radius_m, fall_speed_m_s (Beard's for it);
 //                  with it several: distribution ("marshall-palmer" or "willis"), sizes (1 .. 16),
 //                  least_diameter_mm; each has Beard's fall speed
-//   [wind]         velocity_m_s r: uniform, carries every drop of the rain along
+//   [wind]         velocity_m_s r: uniform, carries every drop of the rain along; or besides it
+//                  [[wind.primitive]] (raytrace/wind_field.h) kind r ("uniform", "source", "sink",
+//                  "vortex" or "tornado"), axis (of any length), core_radius_m; uniform:
+//                  speed_m_s r; the others: position_m r, strength_m2_s r; tornado: inflow,
+//                  height_m; or, instead of axis, speed or strength and position, a path of two or
+//                  more [[wind.primitive.key]] with these and time_s r, times ascending. With one
+//                  that is not uniform and steady drops move by steps (raytrace/drop_motion.h):
+//                  [rain] needs a box, and bounce with restitution (0 .. 0.9)
 //   [fog]          extinction_per_m, asymmetry (-0.99 .. 0.99)
 //   [glow]         lamps and suns shine in the fog; needs [fog]
 //   [darkening]    desaturation, brightness

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "raytrace/depth_of_field.h"
+#include "raytrace/drop_motion.h"
 #include "raytrace/exit_field.h"
 #include "raytrace/light.h"
 #include "raytrace/rain_space.h"
@@ -263,10 +264,18 @@ void search_drops(const Preset& preset, const Drops& drops, double exposure_s, S
   search.visit({.centre = (low + high) / 2, .half = (high - low) / 2});
 }
 
+// Of drops that go any way.
+Reach everything(const Preset& preset) {
+  Reach reach = {.views_deg = preset.view_elevations_deg, .lights = preset.lights};
+  std::sort(reach.views_deg.begin(), reach.views_deg.end());
+  return reach;
+}
+
 }  // namespace
 
 Reach scene_reach(const Preset& preset, const Scene& scene) {
   constexpr int cameras_of_a_path = 64;
+  if (needs_motion(scene.rain)) return everything(preset);
   const RainSpace space = make_rain_space(scene);
   Search search = {.scene = scene, .views = preset.view_elevations_deg};
   std::sort(search.views.begin(), search.views.end());

@@ -29,10 +29,10 @@ Extent surfaces_along(const Scene& scene, const Eigen::Vector3d& axis) {
 }
 
 // The surfaces in the frame's plane, as far as drops are.
-PlaneRect top_rect(const Scene& scene, const FallFrame& frame) {
+PlaneRect top_rect(const Scene& scene, const FallFrame& frame, bool of_box) {
   if (scene.mesh.positions_m.empty()) return {};
   Extent x = surfaces_along(scene, frame.x), y = surfaces_along(scene, frame.y);
-  if (scene.drops.empty()) {  // a single drop falls anywhere
+  if (of_box) {
     const Extent box_x = box_along(scene.rain, frame.x), box_y = box_along(scene.rain, frame.y);
     x = {std::max(x.low_m, box_x.low_m), std::min(x.high_m, box_x.high_m)};
     y = {std::max(y.low_m, box_y.low_m), std::min(y.high_m, box_y.high_m)};
@@ -58,10 +58,7 @@ void lay_parts(const Scene& scene, TopHeight& top) {
     top.covered.push_back(cover(top, scene.mesh, part.first_index, part.index_count));
 }
 
-}  // namespace
-
-TopHeight scene_top(const Scene& scene, const FallFrame& frame) {
-  const PlaneRect rect = top_rect(scene, frame);
+TopHeight top_over(const Scene& scene, const FallFrame& frame, const PlaneRect& rect) {
   const double width = std::max(0.0, rect.max_x_m - rect.min_x_m);
   const double height = std::max(0.0, rect.max_y_m - rect.min_y_m);
   const double texel_m =
@@ -72,6 +69,17 @@ TopHeight scene_top(const Scene& scene, const FallFrame& frame) {
   if (resting == 0 && !scene.moving.empty()) top.lowest_m = surfaces_along(scene, frame.z).low_m;
   lay_parts(scene, top);
   return top;
+}
+
+}  // namespace
+
+TopHeight scene_top(const Scene& scene, const FallFrame& frame) {
+  // A single drop falls anywhere.
+  return top_over(scene, frame, top_rect(scene, frame, scene.drops.empty()));
+}
+
+TopHeight box_top(const Scene& scene) {
+  return top_over(scene, {}, top_rect(scene, {}, true));
 }
 
 void uncover_all(TopHeight& top) {

@@ -15,6 +15,9 @@ namespace pluvia {
 
 TopHeight scene_top(const Scene& scene, const FallFrame& frame);
 
+// From straight above, inside the rain's box alone.
+TopHeight box_top(const Scene& scene);
+
 // Takes the moving parts away.
 void uncover_all(TopHeight& top);
 

@@ -48,7 +48,7 @@ BackgroundFiles background_files(const ComposeFlags& flags) {
 // A run, and what it has made so far.
 struct Run {
   const ComposeFlags& flags;
-  Scene scene;  // without its surfaces: drops have the renderer's
+  Scene scene;  // without its surfaces, where drops have the renderer's
   const StreakAtlas& atlas;
   RainRenderer& renderer;
   DropNumbers numbers = {};
@@ -270,8 +270,11 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   options.over_picture = true;
   RainRenderer renderer(scene, atlas, options);
   if (flags.plan) return plan_text(renderer.plan());
-  scene.mesh = {};
-  scene.moving.clear();
+  // Drops that wind moves by steps meet surfaces on their way; others only know where they end.
+  if (!needs_motion(scene.rain)) {
+    scene.mesh = {};
+    scene.moving.clear();
+  }
   Run run = {.flags = flags, .scene = std::move(scene), .atlas = atlas, .renderer = renderer};
   build_folder_atomically(flags.out, [&](const std::string& temporary) {
     compose_all(run, background, temporary, progress);

@@ -254,20 +254,37 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
   }
 }
 
+namespace {
+
+// A group for every `most` of the items.
+void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t most,
+               std::vector<GpuDropGroup>& groups) {
+  for (std::uint32_t first = 0; first < items; first += most) {
+    groups.push_back(group);
+    groups.back().drops.z = first;
+    groups.back().drops.w = std::min(most, items - first);
+  }
+}
+
+void add_single_groups(const Scene& scene, const RainSpace& space,
+                       const std::vector<GpuRainSize>& sizes, int oscillation_count, double time_s,
+                       int group_size, std::vector<GpuDropGroup>& groups) {
+  for (std::size_t i = 0; i < scene.drops.size(); ++i) {
+    GpuDropGroup group = single_group(scene, space, i, time_s);
+    group.what.y = scene.drops[i].oscillation % oscillation_count;
+    add_split(group, sizes[static_cast<std::size_t>(group.what.x)].run.z,
+              static_cast<std::uint32_t>(group_size), groups);
+  }
+}
+
+}  // namespace
+
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
                                       double time_s, int group_size, double far_streaks) {
   const Eigen::Vector3d& camera_m = scene.camera.position_m;
-  const auto most = static_cast<std::uint32_t>(group_size);
   std::vector<GpuDropGroup> groups;
-  const auto add = [&](GpuDropGroup group, std::uint32_t items) {
-    for (std::uint32_t first = 0; first < items; first += most) {
-      group.drops.z = first;
-      group.drops.w = std::min(most, items - first);
-      groups.push_back(group);
-    }
-  };
   for (const SizedCell& sized : cells) {
     const LocalSpace local = local_space(space, sized.size, camera_m, time_s);
     const auto segments = sizes[static_cast<std::size_t>(sized.size)].run.z;
@@ -275,13 +292,34 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
     GpuDropGroup group = cell_group(space, sized.size, local.floor_m, sized.cell, camera_m);
     group.corner_m.w = static_cast<float>(kept.counts_for);
     group.corner_top.w = static_cast<float>(kept.drops);
-    add(group, static_cast<std::uint32_t>(std::ceil(kept.drops)) * segments);
+    add_split(group, static_cast<std::uint32_t>(std::ceil(kept.drops)) * segments,
+              static_cast<std::uint32_t>(group_size), groups);
   }
-  for (std::size_t i = 0; i < scene.drops.size(); ++i) {
-    GpuDropGroup group = single_group(scene, space, i, time_s);
-    group.what.y = scene.drops[i].oscillation % oscillation_count;
-    add(group, sizes[static_cast<std::size_t>(group.what.x)].run.z);
-  }
+  add_single_groups(scene, space, sizes, oscillation_count, time_s, group_size, groups);
+  return groups;
+}
+
+GpuDropGroup moving_group(const RainSpace& space, const DropMotion& motion, int size_index,
+                          const Eigen::Vector3d& camera_m) {
+  const RainSizeSpace& size = space.sizes[static_cast<std::size_t>(size_index)];
+  const MovingSize& moving = motion.sizes[static_cast<std::size_t>(size_index)];
+  const Eigen::Vector3d& low_m = motion.around.low_m;
+  return {.corner_m = to_glm(low_m - camera_m, 1),
+          .corner_top = in_top(space, size, low_m),
+          .drops = {static_cast<std::uint32_t>(moving.first), moving.stream[1], 0, 0},
+          .what = {size_index, -1, 0, 0}};
+}
+
+std::vector<GpuDropGroup> moving_groups(const Scene& scene, const RainSpace& space,
+                                        const DropMotion& motion,
+                                        const std::vector<GpuRainSize>& sizes,
+                                        int oscillation_count, double time_s, int group_size) {
+  std::vector<GpuDropGroup> groups;
+  for (std::size_t i = 0; i < motion.sizes.size(); ++i)
+    add_split(moving_group(space, motion, static_cast<int>(i), scene.camera.position_m),
+              static_cast<std::uint32_t>(motion.sizes[i].count) * sizes[i].run.z,
+              static_cast<std::uint32_t>(group_size), groups);
+  add_single_groups(scene, space, sizes, oscillation_count, time_s, group_size, groups);
   return groups;
 }
 

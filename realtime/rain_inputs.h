@@ -9,6 +9,7 @@
 #include <glm/vec4.hpp>
 
 #include "atlas/streak_atlas.h"
+#include "raytrace/drop_motion.h"
 #include "raytrace/rain_packets.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
@@ -110,6 +111,16 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
                                       const std::vector<SizedCell>& cells,
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
                                       double time_s, int group_size, double far_streaks);
+
+// Of drops that move by steps: those of every group from `first` of the size on.
+GpuDropGroup moving_group(const RainSpace& space, const DropMotion& motion, int size,
+                          const Eigen::Vector3d& camera_m);
+
+// Of all of them and of the single drops, as drop_groups.
+std::vector<GpuDropGroup> moving_groups(const Scene& scene, const RainSpace& space,
+                                        const DropMotion& motion,
+                                        const std::vector<GpuRainSize>& sizes,
+                                        int oscillation_count, double time_s, int group_size);
 
 // The drops of a cell in a slab that begins at floor_m; of a single drop: without first and number
 // of its drops, and without the single drop's oscillation set.

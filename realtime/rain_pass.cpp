@@ -44,7 +44,8 @@ enum Binding : GLuint {
   profile_spans_at,
   splat_sums_at,
   splat_overflow_at,
-  transfer_rings_at
+  transfer_rings_at,
+  moving_drops_at
 };
 
 enum TextureUnit : GLuint {
@@ -61,6 +62,9 @@ enum TextureUnit : GLuint {
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
                        {"DENSITY", pass.densities.id() ? "1" : "0"},
+                       {"MOTION", pass.wind ? "1" : "0"},
+                       {"DROPS", pass.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
+                       {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
                        {"LENS", pass.lens ? "1" : "0"},
                        {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
                        {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
@@ -113,7 +117,8 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
       {"TRANSFER", transfer_rings_at},
       {"POINT_PICTURES", point_pictures_at},
       {"ENVIRONMENT_PICTURES", environment_pictures_at},
-      {"COVERAGE_PICTURES", coverage_pictures_at}};
+      {"COVERAGE_PICTURES", coverage_pictures_at},
+      {"MOVING_DROPS", moving_drops_at}};
   for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
   return all;
 }
@@ -157,6 +162,7 @@ void bind_inputs(const RainPass& pass) {
   bind_storage(groups_at, pass.group_buffer);
   bind_storage(top_heights_at, pass.top_heights);
   if (pass.densities.id()) bind_storage(densities_at, pass.densities);
+  if (pass.wind) bind_storage(moving_drops_at, pass.wind->drops);
   bind_light(pass);
   glBindTextureUnit(sums_at, pass.atlas->sums.id());
 }
@@ -191,14 +197,11 @@ long drops_in(const std::vector<GpuDropGroup>& groups, const std::vector<GpuRain
   return drops;
 }
 
-// The groups of drops that this frame looks at.
-void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
+void choose_cells(RainPass& pass, const Scene& scene, double time_s) {
   const PacketChoice choice =
       select_packets(scene.rain, *pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
       packet_cells(scene.rain, *pass.space, choice, scene.camera, time_s);
-  set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
-  pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
   pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x, time_s,
                             drops_of_group, pass.far_streaks);
   pass.counts = {.packets_looked_at = choice.looked_at,
@@ -207,6 +210,20 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   for (const SizedCell& cell : cells) pass.counts.drops_stood_for += cell.cell.count;
   pass.counts.drops_stood_for +=
       static_cast<long>(scene.drops.size()) - pass.counts.drops_looked_at;
+}
+
+void choose_moving(RainPass& pass, const Scene& scene, double time_s) {
+  pass.groups = moving_groups(scene, *pass.space, pass.wind->motion, pass.sizes,
+                              pass.uniforms.counts.x, time_s, drops_of_group);
+  pass.counts = {.drops_looked_at = drops_in(pass.groups, pass.sizes)};
+  pass.uniforms.box_min_m.w = static_cast<float>(late_s(*pass.wind, time_s));
+}
+
+// The groups of drops that this frame looks at.
+void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s) {
+  set_frame(scene, *pass.space, time_s, pass.uniforms, pass.sizes);
+  pass.uniforms.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
+  pass.wind ? choose_moving(pass, scene, time_s) : choose_cells(pass, scene, time_s);
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
     pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
@@ -309,7 +326,7 @@ void make_traced_light(const StreakAtlas& atlas, const RenderOptions& options, c
 
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& whole_atlas,
                         const RenderOptions& options, const SkyLight& sky,
-                        const ScenePass& surfaces, const ShadowPass& shadows,
+                        const ScenePass& surfaces, const ShadowPass& shadows, const WindPass* wind,
                         const GpuAtlas& kept) {
   check_rain_inputs(scene, whole_atlas, options);
   RainPass pass;
@@ -318,6 +335,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   const StreakAtlas& atlas = pass.look.traced() ? whole_atlas : dark;
   pass.origin_m = scene.camera.position_m;
   pass.space = &space;
+  pass.wind = wind;
   pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
@@ -346,6 +364,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   const bool billboards = options.path == RainPath::billboards_2010;
   pass.lens = !billboards && has_circles(scene.camera);
   pass.far_streaks = billboards ? 0 : options.far_streaks;
+  if (wind && options.far_streaks > 0)
+    pass.notes.push_back("drops that move by steps are all drawn: far_streaks does nothing");
   if (scene.camera.depth_of_field) pass.notes.push_back(lens_note(scene.camera, billboards));
   if (billboards) {
     if (pass.taps > 1)

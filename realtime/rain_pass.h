@@ -22,12 +22,14 @@
 #include "realtime/scene_pass.h"
 #include "realtime/shadow_pass.h"
 #include "realtime/streak_record.h"
+#include "realtime/wind_pass.h"
 
 namespace pluvia {
 
 struct RainPass {
   Eigen::Vector3d origin_m = {0, 0, 0};  // of the shadow maps
   const RainSpace* space = nullptr;      // the renderer's
+  const WindPass* wind = nullptr;        // the renderer's; of drops that move by steps
   RainPackets packets = {};
   double far_streaks = 0;
   PacketCounts counts = {};  // of the last frame
@@ -62,18 +64,19 @@ struct RainPass {
   ShaderProgram count = {}, place = {}, draw = {}, centres = {};
 };
 
-// sky: of at most sky_degree's degree (realtime/rain_inputs.h). kept: of an earlier pass of the
-// same atlas (realtime/gpu_atlas.h). Throws std::runtime_error when scene and atlas do not agree or
-// do not fit this OpenGL.
+// wind: nullptr for drops of the closed form. sky: of at most sky_degree's degree
+// (realtime/rain_inputs.h). kept: of an earlier pass of the same atlas (realtime/gpu_atlas.h).
+// Throws std::runtime_error when scene and atlas do not agree or do not fit this OpenGL.
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& atlas,
                         const RenderOptions& options, const SkyLight& sky,
                         const ScenePass& surfaces, const ShadowPass& shadows,
-                        const GpuAtlas& kept = {});
+                        const WindPass* wind = nullptr, const GpuAtlas& kept = {});
 
 // What another pass of the same atlas may keep.
 GpuAtlas atlas_of(const RainPass& pass);
 
-// Fills the records for a shutter that opens at time_s, for scene.camera as it is now, and adds up
+// Fills the records for a shutter that opens at time_s, which drops that move by steps have been
+// brought to, for scene.camera as it is now, and adds up
 // thin streaks; returns how many streaks are in view. Throws std::runtime_error for a time that
 // local_space refuses.
 long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, double time_s);

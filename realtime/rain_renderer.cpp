@@ -15,6 +15,7 @@
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_pass.h"
 #include "realtime/splash_pass.h"
+#include "realtime/wind_pass.h"
 
 namespace pluvia {
 namespace {
@@ -52,6 +53,7 @@ struct RainRenderer::State {
   std::optional<PicturePass> picture = {};  // nothing: the scene's surfaces are drawn
   ShadowPass shadows = {};
   RainSpace space = {};
+  std::optional<WindPass> wind = {};        // nothing: a scene whose rain has the closed form
   std::optional<RainPass> rain = {};        // nothing: a scene without drops
   std::optional<SplashPass> splashes = {};  // nothing: a scene without [splashes] or without drops
   std::optional<FogPass> fog = {};          // nothing: a scene without [fog]
@@ -123,11 +125,12 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
     link_scene_pass(state.surfaces, state.shadows);
   state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
+  if (needs_motion(scene.rain)) state.wind = make_wind_pass(scene);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
     state.rain = make_rain_pass(
         scene, state.space, atlas, options,
         sky_light(scene.environment, map ? &*map : nullptr, sky_degree(atlas, options)),
-        state.surfaces, state.shadows, kept);
+        state.surfaces, state.shadows, state.wind ? &*state.wind : nullptr, kept);
   if (scene.splashes && state.streaks())
     state.splashes = make_splash_pass(scene, state.space, *state.rain, state.shadows);
   if (scene.fog)
@@ -178,6 +181,10 @@ void RainRenderer::set_lights(const std::vector<Light>& lights) {
   state_->scene.lights = lights;
 }
 
+void RainRenderer::set_wind(const std::vector<WindPrimitive>& primitives) {
+  if (state_->wind) change_wind(*state_->wind, primitives);
+}
+
 const RainSpace& RainRenderer::rain_space() const {
   return state_->space;
 }
@@ -203,6 +210,7 @@ Frame RainRenderer::draw(double time_s) {
   Stopwatch watch;
   const std::string stood = state.move(time_s);
   if (!state.scene.moving.empty()) watch.lap("moving surfaces", stood, frame.costs);
+  if (state.wind) watch.lap("wind", step_wind(*state.wind, time_s), frame.costs);
   state.draw_background();
   watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
   state.draw_whole_image(watch, frame.costs);
@@ -252,6 +260,7 @@ FramePlan RainRenderer::plan() {
   if (state.darkening) plan.passes.push_back(plan_of(*state.darkening));
   if (state.fog) plan.passes.push_back(plan_of(*state.fog));
   if (state.blur) plan.passes.push_back(plan_of(*state.blur));
+  if (state.wind) plan.passes.push_back(plan_of(*state.wind));
   if (state.rain) plan.passes.push_back(plan_of(*state.rain));
   if (state.splashes) plan.passes.push_back(plan_of(*state.splashes));
   plan.passes.push_back(plan_of(state.composite));
@@ -268,6 +277,7 @@ std::vector<float> RainRenderer::drop_centres_m(double time_s) {
   state.use();
   if (!state.rain) return {};
   state.move(time_s);
+  if (state.wind) step_wind(*state.wind, time_s);
   std::vector<float> centres = read_centres_m(*state.rain, state.scene, state.shadows, time_s);
   for (std::size_t i = 0; i < centres.size(); ++i)
     centres[i] =
@@ -282,6 +292,7 @@ StreakRecords RainRenderer::streak_records(double time_s) {
   state.use();
   if (!state.rain) return {};
   state.move(time_s);
+  if (state.wind) step_wind(*state.wind, time_s);
   place_rain(*state.rain, state.scene, state.shadows, time_s);
   StreakRecords records = read_records(*state.rain);
   state.context->check();
@@ -293,6 +304,7 @@ std::vector<StrokeRecord> RainRenderer::splash_strokes(double time_s) {
   state.use();
   if (!state.splashes) return {};
   state.move(time_s);
+  if (state.wind) step_wind(*state.wind, time_s);
   place_rain(*state.rain, state.scene, state.shadows, time_s);
   place_splashes(*state.splashes, state.scene, *state.rain, state.shadows, time_s);
   std::vector<StrokeRecord> strokes = read_strokes(*state.splashes);

@@ -135,6 +135,10 @@ class RainRenderer {
   // light with a shadow that moves needs remake.
   void set_lights(const std::vector<Light>& lights);
 
+  // Other wind primitives instead of the scene's: drops that move by steps go on from where they
+  // are. For a scene that has some; nothing for another.
+  void set_wind(const std::vector<WindPrimitive>& primitives);
+
   // Where drops are drawn, and in which packets they are looked at; nullptr without rain.
   const RainSpace& rain_space() const;
   const RainPackets* rain_packets() const;

@@ -32,7 +32,8 @@ enum Binding : GLuint {
   densities_at,
   phase_at,
   shadow_views_at,
-  shadow_maps_at
+  shadow_maps_at,
+  moving_drops_at
 };
 
 ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadows) {
@@ -42,6 +43,10 @@ ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadow
           {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
           {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
           {"DENSITY", rain.densities.id() ? "1" : "0"},
+          {"MOTION", rain.wind ? "1" : "0"},
+          {"DROPS", rain.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
+          {"MOVING_DROPS", std::to_string(moving_drops_at)},
+          {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
           {"GROUP_SIZE", std::to_string(group_size)},
           {"DROPS_OF_GROUP", std::to_string(group_size)},
           {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
@@ -92,6 +97,21 @@ void add_slab(SplashPass& pass, const Scene& scene, const RainPass& rain, const 
   }
 }
 
+// All that move by steps: the shader finds those that splash.
+void add_moving(SplashPass& pass, const Scene& scene, const RainPass& rain) {
+  for (std::size_t i = 0; i < rain.wind->motion.sizes.size(); ++i) {
+    if (pass.splashes.duration_s[i] == 0) continue;
+    GpuRainSize gpu = rain.sizes[i];
+    gpu.run = {0, 0, 1, 0};
+    GpuDropGroup group =
+        moving_group(*pass.space, rain.wind->motion, static_cast<int>(i), scene.camera.position_m);
+    group.what.x = static_cast<int>(pass.sizes.size());
+    pass.sizes.push_back(gpu);
+    pass.slab_sizes.push_back(pass.splash_sizes[i]);
+    add_groups(pass, group, static_cast<std::uint32_t>(rain.wind->motion.sizes[i].count));
+  }
+}
+
 void add_single_drops(SplashPass& pass, const Scene& scene, const RainPass& rain, double time_s) {
   for (std::size_t i = 0; i < scene.drops.size(); ++i) {
     const auto index = static_cast<std::size_t>(pass.space->single_sizes[i]);
@@ -120,13 +140,18 @@ void set_frame(SplashPass& pass, const Scene& scene, const RainPass& rain, doubl
   pass.sizes.clear();
   pass.slab_sizes.clear();
   pass.groups.clear();
-  for (const SplashSlab& slab : splash_slabs(scene, *pass.space, pass.splashes, time_s))
-    add_slab(pass, scene, rain, slab);
+  if (rain.wind) {
+    add_moving(pass, scene, rain);
+  } else {
+    for (const SplashSlab& slab : splash_slabs(scene, *pass.space, pass.splashes, time_s))
+      add_slab(pass, scene, rain, slab);
+  }
   add_single_drops(pass, scene, rain, time_s);
   pass.rain = rain.uniforms;
   pass.values.box_min_m = pass.rain.box_min_m;
   pass.values.box_max_m = pass.rain.box_max_m;
-  pass.rain.box_min_m = glm::vec4(-1e30f);
+  const float late_s = pass.rain.box_min_m.w;
+  pass.rain.box_min_m = {-1e30f, -1e30f, -1e30f, late_s};
   pass.rain.box_max_m = glm::vec4(1e30f);
   pass.rain.counts.x = 1 << 16;  // a drop's "oscillation set": 16 bits of its own
   pass.rain.sizes.x = static_cast<int>(pass.groups.size());
@@ -150,6 +175,7 @@ void bind_inputs(const SplashPass& pass, const RainPass& rain, const ShadowPass&
   bind_storage(lights_at, rain.lights);
   bind_storage(top_heights_at, rain.top_heights);
   if (rain.densities.id()) bind_storage(densities_at, rain.densities);
+  if (rain.wind) bind_storage(moving_drops_at, rain.wind->drops);
   bind_storage(phase_at, pass.phase);
   if (shadows.empty()) return;
   bind_storage(shadow_views_at, shadows.view_buffer);

@@ -268,6 +268,18 @@ TEST(SceneSubset, SlantedRainOfTwoSizesHasTablesForAll) {
   EXPECT_GT(expect_sufficient(preset, scene, scene_subset(preset, scene, "s").preset), 100);
 }
 
+TEST(SceneSubset, DropsInAWhirlGoAnyWayAndNeedEveryViewAndLight) {
+  const Preset preset = full_preset(true);
+  Scene scene = small_scene(true);
+  const auto kept_views = [&] {
+    return scene_subset(preset, scene, "scene.toml").preset.view_elevations_deg;
+  };
+  EXPECT_LT(kept_views().size(), preset.view_elevations_deg.size());
+  scene.rain.wind = {{.kind = WindKind::vortex, .strength = 5}};
+  EXPECT_EQ(kept_views(), preset.view_elevations_deg);
+  EXPECT_EQ(scene_subset(preset, scene, "scene.toml").preset.lights.size(), preset.lights.size());
+}
+
 TEST(SceneSubset, WithoutALampOneLightIsKept) {
   const Preset preset = full_preset(false);
   Scene scene = small_scene(false);

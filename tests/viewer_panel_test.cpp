@@ -127,6 +127,29 @@ TEST_F(Panel, ScreenshotsSayWhereTheyAreOrWhyNot) {
   EXPECT_NE(viewer.message.find("/dev/null/shots: cannot create"), std::string::npos);
 }
 
+TEST_F(Panel, WindPrimitivesHaveControlsAndTheWindItsLines) {
+  Scene scene = rainy_scene(300);
+  scene.rain.wind = {{.kind = WindKind::vortex, .position_m = {1, 4, 0}, .strength = 20}};
+  viewer = make_viewer(viewer.context, scene, quarter_atlas(), {}, 0.5, folder.path());
+  draw();
+  const auto lines_drawn = [&] {
+    frame({300, 400}, false);
+    return ImGui::GetDrawData()->TotalVtxCount;
+  };
+  const int without = lines_drawn();
+  panel.streamlines = true;
+  EXPECT_GT(lines_drawn(), without + 1000);
+  panel.shown = true;
+  for (int i = 0; i < 3; ++i) frame({300, 400}, false);
+  const Frame before = viewer.renderer->render(0.6);
+  viewer.edits.wind[0].strength = -20;
+  draw();
+  EXPECT_EQ(viewer.made.wind[0].strength, 20) << "the renderer stays";
+  const Frame after = viewer.renderer->render(0.7);
+  viewer.edits.wind[0].strength = 20;
+  EXPECT_NE(before.rain.values, after.rain.values);
+}
+
 TEST_F(Panel, IsDrawnForEveryScene) {
   // All of it open, for scenes with and without what its controls are about.
   panel.shown = panel.packet_map = true;

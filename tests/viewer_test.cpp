@@ -10,6 +10,7 @@
 #include "atlas/image_io.h"
 #include "realtime/viewer/camera_recording.h"
 #include "realtime/viewer/packet_map.h"
+#include "realtime/viewer/streamlines.h"
 #include "realtime/viewer/viewer.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
@@ -158,6 +159,42 @@ TEST(SceneEdits, RateAndWindAreThoseThatTheSceneHasAfterwards) {
   edits.wind_m_s = {0, 0, 20};
   EXPECT_NE(message_of([&] { edited_scene(scene, edits); }).find("expected a fall of 0.01 m/s"),
             std::string::npos);
+}
+
+TEST(SceneEdits, WindPrimitivesAreEditedWithoutANewRenderer) {
+  Scene scene;
+  scene.rain.wind = {{.kind = WindKind::vortex, .strength = 5}};
+  SceneEdits edits = edits_of(scene, {});
+  edits.wind[0].strength = 9;
+  EXPECT_EQ(edited_scene(scene, edits).rain.wind[0].strength, 9);
+  EXPECT_EQ(needs_remake(edits_of(scene, {}), edits), "");
+}
+
+TEST(Streamlines, OfAVortexAreCirclesAndOfAnEvenWindStraight) {
+  Wind wind;
+  wind.primitives = {{.kind = WindKind::vortex, .strength = 5, .core_radius_m = 0.5}};
+  const Eigen::Vector3d low(-9, -9, -9), high(9, 9, 9);
+  const int steps = 200;
+  const auto circle = streamline(wind, {2, 0, 1}, 2 * pi * 2 / steps, steps, low, high);
+  ASSERT_EQ(circle.size(), 201u);
+  // Of the fourth order: once around by (2 pi / 200)^4 / 120 of a radius a radian.
+  for (const Eigen::Vector3d& at : circle) EXPECT_NEAR(at.head<2>().norm(), 2, 1e-6);
+  EXPECT_LT((circle.back() - circle.front()).norm(), 1e-5);
+  const auto straight = streamline({.even_m_s = {3, 4, 0}}, {0, 0, 0}, 1, 100, low, high);
+  EXPECT_EQ(straight.size(), 12u) << "until it leaves the box";
+  EXPECT_LT((straight.back() - Eigen::Vector3d(6.6, 8.8, 0)).norm(), 1e-12);
+  EXPECT_EQ(streamline({}, {0, 0, 0}, 1, 100, low, high).size(), 1u) << "the air stands";
+}
+
+TEST(Streamlines, ATurnAndItsAxisAreOne) {
+  for (const double tilt : {20.0, 90.0, 150.0}) {
+    for (const double heading : {-170.0, -20.0, 45.0, 100.0}) {
+      const Turn turn = turn_of(axis_of({tilt, heading}));
+      EXPECT_NEAR(turn.tilt_deg, tilt, 1e-12);
+      EXPECT_NEAR(turn.heading_deg, heading, 1e-12);
+    }
+  }
+  EXPECT_LT((axis_of({90, 90}) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-15) << "to the east";
 }
 
 TEST(SceneEdits, AnEffectThatIsOffIsNotInTheScene) {

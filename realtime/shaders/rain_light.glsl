@@ -99,7 +99,13 @@ void keep_taps(uint first, vec3 lux, Folded folded, int layer) {
 
 SkyOfStreak sky_of(Drop drop, DropFrame frame, float transmitted) {
   RainSize size = rain_sizes[drop.size];
-  vec2 turn = normalize(vec2(dot(frame.x, size.axis_x.xyz), dot(frame.x, size.axis_y.xyz)));
+  vec2 turn = vec2(dot(frame.x, size.axis_x.xyz), dot(frame.x, size.axis_y.xyz));
+#if MOTION
+  // About the size's fall in still air, whichever way the drop goes; level it may go that way.
+  turn = length(turn) > 1e-6 ? normalize(turn) : vec2(1, 0);
+#else
+  turn = normalize(turn);
+#endif
   bool over = flips_views_below() && frame.sin_view < 0.0;
   return SkyOfStreak(turn.x, turn.y, over ? -transmitted : transmitted, float(drop.size));
 }
@@ -109,7 +115,7 @@ SkyOfStreak sky_of(Drop drop, DropFrame frame, float transmitted) {
 void keep_light(uint first, Light light, Drop drop, Placement placed, float transmitted) {
   RainSize size = rain_sizes[drop.size];
   Illumination lit = illumination(light, placed.middle_m);
-  vec3 path_m = size.times.x * size.velocity_m_s.xyz;
+  vec3 path_m = size.times.x * velocity_of(drop);
   vec3 lux = transmitted * path_lit_share(light, placed.middle_m, path_m) * lit.lux;
   keep_taps(first, lux, fold(lit.toward, placed.frame), drop.layer);
 }

@@ -18,7 +18,7 @@ float transfer_at(float angle) {
 
 vec3 light_through(Drop drop, Placement placed, vec3 onward) {
   RainSize size = rain_sizes[drop.size];
-  vec3 path_m = size.times.x * size.velocity_m_s.xyz;
+  vec3 path_m = size.times.x * velocity_of(drop);
   vec3 sum = vec3(0);
   for (int i = 0; i < counts.y; ++i) {
     Illumination lit = illumination(lights[i], placed.middle_m);

@@ -64,14 +64,14 @@ bool place_streak(Drop drop, out Placement placed) {
   float each_s = size.times.x, pixel_m = size.axis_z.w;
   float start_s = float(drop.segment) * each_s;
   float hit_time_s = drop.hit_time_s - start_s;
-  vec3 path = size.velocity_m_s.xyz * each_s;
-  vec3 start_m = drop.centre_m + start_s * size.velocity_m_s.xyz;
+  vec3 path = velocity_of(drop) * each_s;
+  vec3 start_m = drop.centre_m + start_s * velocity_of(drop);
   vec3 p0 = in_camera(start_m), step = in_camera(path);
   if (!(hit_time_s > 0.0) || p0.z < nearest_depth_m || p0.z + step.z < nearest_depth_m)
     return false;
   vec3 m = p0 + 0.5 * step;
   placed.middle_m = start_m + 0.5 * path;
-  DropFrame frame = drop_frame(-normalize(placed.middle_m), size.axis_z.xyz);
+  DropFrame frame = drop_frame(-normalize(placed.middle_m), against_fall(drop));
   vec3 up = frame.cos_view * frame.z - frame.sin_view * frame.x;
   placed.frame = frame;
   placed.path_rows = max(length(path) * frame.cos_view / pixel_m, 0.01);

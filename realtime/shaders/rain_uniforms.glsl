@@ -6,7 +6,8 @@ layout(std140, binding = RAIN_UNIFORMS) uniform RainUniforms {
   vec4 camera_up;       // w: picture width in px
   vec4 camera_forward;  // w: picture height in px
   vec4 camera_m;        // from the origin of the shadow maps
-  vec4 box_min_m;       // drops are drawn whose centre is inside
+  vec4 box_min_m;       // drops are drawn whose centre is inside. w: of drops that move by steps, the
+                        // seconds since the last one
   vec4 box_max_m;
   vec4 cell;         // of the atlas: path_top_row; cell width; widest texel in px; rows below the path
   vec4 environment;  // radiance in cd/m^2, of a sky that is the same from everywhere

@@ -61,10 +61,16 @@ bool find_hit(uint group_number, uint place_in_group, out Hit hit) {
   SplashSize splash = splash_sizes[drop.size];
   hit.since_s = -drop.hit_time_s;
   if (!(hit.since_s < splash.impact.w && hit.since_s > -splash_air.x)) return false;
-  hit.velocity_m_s = size.velocity_m_s.xyz;
+  hit.velocity_m_s = velocity_of(drop);
   hit.place_m = drop.centre_m - hit.since_s * hit.velocity_m_s;
+#if !MOTION
   if (group.what.y < 0 && !through_box(hit.place_m, size.axis_z.xyz)) return false;
+#endif
+#if MOTION
+  vec3 moved = hit.place_m - group.corner_m.xyz;
+#else
   vec3 moved = drop.centre_m - group.corner_m.xyz;
+#endif
   vec2 beside_m;
   int texel = top_texel(size, group.corner_top.xy + vec2(dot(moved, size.axis_x.xyz),
                                                          dot(moved, size.axis_y.xyz)), beside_m);

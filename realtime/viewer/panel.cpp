@@ -14,6 +14,7 @@
 
 #include "raytrace/depth_of_field.h"
 #include "realtime/viewer/packet_overlay.h"
+#include "realtime/viewer/wind_overlay.h"
 
 namespace pluvia {
 namespace {
@@ -259,12 +260,14 @@ void show_panel(Viewer& viewer, PanelState& panel) {
   if (panel.screenshot_asked) tell(viewer, [&] { return save_screenshot(viewer) + ".exr, .png"; });
   panel.screenshot_asked = false;
   if (panel.light_handles) show_handles(viewer, panel);
+  if (panel.streamlines) show_streamlines(viewer);
   if (!panel.shown) return;
   ImGui::SetNextWindowPos({8, 8}, ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize({340, ImGui::GetIO().DisplaySize.y - 16}, ImGuiCond_FirstUseEver);
   ImGui::Begin("Pluvia (P hides)");
   ImGui::PushItemWidth(170);
   rain_controls(viewer);
+  wind_controls(viewer, panel.streamlines);
   picture_controls(viewer);
   effect_controls(viewer);
   quality_controls(viewer, panel);

@@ -25,6 +25,7 @@ struct PanelState {  // what the panel itself keeps
   bool shown = true;
   bool light_handles = true;
   bool packet_map = false;
+  bool streamlines = false;
   int map_size = 0;     // of the rain's sizes
   int held_light = -1;  // being dragged
   double fly_speed_m_s = 2;

@@ -58,6 +58,7 @@ SceneEdits edits_of(const Scene& scene, const RenderOptions& options) {
   return {.white_cd_m2 = scene.camera.white_cd_m2,
           .lights = scene.lights,
           .focus_m = lens.focus_m,
+          .wind = scene.rain.wind,
           .rate_mm_h = rate_mm_h(scene.rain),
           .wind_m_s = scene.rain.wind_m_s,
           .exposure_s = scene.camera.exposure_s,
@@ -90,6 +91,7 @@ Scene edited_scene(const Scene& scene, const SceneEdits& edits) {
   edited.camera.depth_of_field = edited_lens(edits);
   edited.lights = edited_lights(edits);
   edit_rain(edits, edited.rain);
+  edited.rain.wind = edits.wind;
   if (!edits.rain) {
     edited.rain.sizes.clear();
     edited.rain.undrawn_per_m = 0;

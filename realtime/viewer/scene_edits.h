@@ -18,6 +18,7 @@ struct SceneEdits {
   std::vector<Light> lights =
       {};              // in the scene's order; moved or brighter, unless they cast shadows
   double focus_m = 3;  // with depth of field
+  std::vector<WindPrimitive> wind = {};  // of a scene that has some: drops go on in the new wind
   // Made anew for:
   double rate_mm_h = 0;                  // through a level plane
   Eigen::Vector3d wind_m_s = {0, 0, 0};  // carries every drop of the rain along

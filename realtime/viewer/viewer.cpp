@@ -108,6 +108,7 @@ bool draw_viewer(Viewer& viewer, bool settled, GLuint framebuffer, int width, in
   viewer.camera = edited_camera(viewer);
   viewer.renderer->look_through(viewer.camera);
   viewer.renderer->set_lights(edited_lights(viewer.edits));
+  viewer.renderer->set_wind(viewer.edits.wind);
   viewer.frame = viewer.renderer->draw(viewer.time_s);
   show_picture(viewer.show, viewer.renderer->picture(), viewer.edits.white_cd_m2, framebuffer,
                width, height);
