@@ -14,6 +14,7 @@
 #include "atlas/atomic_folder.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
+#include "raytrace/drop_motion.h"
 #include "raytrace/streak_geometry.h"
 #include "realtime/background_clip.h"
 #include "realtime/frame_layers.h"
