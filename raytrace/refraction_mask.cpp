@@ -19,6 +19,9 @@ namespace {
 // Of the outline as a polygon: its area errs by less than 1e-9, its radius by 1e-4.
 constexpr int outline_corners = 256;
 
+// Of a round map: within the 1e-6 to which the outline is known, 0.003 of the way from axis to rim.
+constexpr double round_rim_share = 1 - 1e-5;
+
 void refuse_wrong_grid(const MaskGrid& grid) {
   if (grid.size_px < 1 || grid.size_px > 4096)
     throw std::invalid_argument(fmt::format("size_px = {}; expected 1 .. 4096", grid.size_px));
@@ -43,9 +46,19 @@ struct Outline {
     const double distance_m = from_centre.norm();
     if (distance_m < 1e-12 * drop.surface.scale) return centre_m;
     const Eigen::Vector2d across = from_centre / distance_m;
+    return centre_m + std::min(distance_m, rim_share * rim_m(across)) * across;
+  }
+
+  Eigen::Vector2d round_place_m(const Eigen::Vector2d& q) const {
+    const double angle = std::min(q.norm(), 1.0) * std::numbers::pi / 2;
+    if (angle < 1e-12) return centre_m;
+    const Eigen::Vector2d across = q.normalized();
+    return centre_m + std::min(std::sin(angle), round_rim_share) * rim_m(across) * across;
+  }
+
+  double rim_m(const Eigen::Vector2d& across) const {
     const Eigen::Vector3d in_space = across.x() * view.right + across.y() * view.up;
-    const double rim_m = rim_share * outline_distance_m(drop, in_space, view.to_camera);
-    return centre_m + std::min(distance_m, rim_m) * across;
+    return outline_distance_m(drop, in_space, view.to_camera);
   }
 };
 
@@ -119,6 +132,31 @@ struct MaskTracer {
   }
 };
 
+// place_m: of a pixel.
+template <typename Place>
+void trace_pixels(const DropInstant& drop, const View& view, const PathOptions& paths,
+                  RefractionMask& mask, const Place& place_m) {
+  const auto size = static_cast<std::size_t>(mask.grid.size_px), pixels = size * size;
+  const auto orders = static_cast<std::size_t>(paths.max_order) + 1;
+  mask.exits.resize(orders * pixels);
+  mask.tail.resize(pixels);
+  MaskTracer tracer{drop, view, paths};
+  tracer.axes << view.right.transpose(), view.up.transpose(), -view.to_camera.transpose();
+  std::vector<double> astray(pixels);
+  tbb::parallel_for(std::size_t(0), pixels, [&](std::size_t i) {
+    std::vector<MaskExit> exits(orders);
+    astray[i] =
+        tracer.trace(place_m(static_cast<int>(i % size), static_cast<int>(i / size)), exits);
+    double sum = 0;
+    for (std::size_t k = 0; k < orders; ++k) {
+      mask.exits[k * pixels + i] = exits[k];
+      sum += exits[k].weight;
+    }
+    mask.tail[i] = 1 - sum;
+  });
+  mask.astray = *std::max_element(astray.begin(), astray.end());
+}
+
 }  // namespace
 
 Eigen::Vector2d mask_place_m(const DropInstant& drop, const View& view, const MaskGrid& grid,
@@ -129,28 +167,23 @@ Eigen::Vector2d mask_place_m(const DropInstant& drop, const View& view, const Ma
 RefractionMask trace_refraction_mask(const DropInstant& drop, const View& view,
                                      const MaskGrid& grid, const PathOptions& paths) {
   refuse_wrong_grid(grid);
-  const auto size = static_cast<std::size_t>(grid.size_px), pixels = size * size;
-  const auto orders = static_cast<std::size_t>(paths.max_order) + 1;
   RefractionMask mask = {.grid = grid, .max_order = paths.max_order};
   mask.coverage = coverage_of(drop_outline_m(drop, view, outline_corners), grid);
-  mask.exits.resize(orders * pixels);
-  mask.tail.resize(pixels);
-  MaskTracer tracer{drop, view, paths};
-  tracer.axes << view.right.transpose(), view.up.transpose(), -view.to_camera.transpose();
-  std::vector<double> astray(pixels);
-  tbb::parallel_for(std::size_t(0), pixels, [&](std::size_t i) {
-    std::vector<MaskExit> exits(orders);
-    const Eigen::Vector2d place_m =
-        mask_place_m(drop, view, grid, static_cast<int>(i % size), static_cast<int>(i / size));
-    astray[i] = tracer.trace(place_m, exits);
-    double sum = 0;
-    for (std::size_t k = 0; k < orders; ++k) {
-      mask.exits[k * pixels + i] = exits[k];
-      sum += exits[k].weight;
-    }
-    mask.tail[i] = 1 - sum;
+  trace_pixels(drop, view, paths, mask,
+               [&](int column, int row) { return mask_place_m(drop, view, grid, column, row); });
+  return mask;
+}
+
+RefractionMask trace_round_mask(const DropInstant& drop, const View& view, int size_px,
+                                const PathOptions& paths) {
+  if (size_px < 2 || size_px > 4096)
+    throw std::invalid_argument(fmt::format("size_px = {}; expected 2 .. 4096", size_px));
+  RefractionMask mask = {.grid = {.size_px = size_px}, .max_order = paths.max_order};
+  const Outline outline = {drop, view};
+  const double half = 0.5 * (size_px - 1);
+  trace_pixels(drop, view, paths, mask, [&](int column, int row) {
+    return outline.round_place_m({column / half - 1, 1 - row / half});
   });
-  mask.astray = *std::max_element(astray.begin(), astray.end());
   return mask;
 }
 

@@ -65,6 +65,15 @@ struct RefractionMask {
 RefractionMask trace_refraction_mask(const DropInstant& drop, const View& view,
                                      const MaskGrid& grid, const PathOptions& paths);
 
+// The same for a round map that is fine where refraction changes fast: pixel centres span q in
+// [-1, 1]^2, q at the outline where |q| = 1, and its point of the picture is
+//   centre + sin(min(|q|, 1) pi / 2) outline(q) q / |q|,
+// so that of a sphere |q| is the angle of incidence, in which directions are smooth up to the rim,
+// where the distance from the axis has a square root. Without coverage; grid.half_width_m = 0.
+// size_px 2 .. 4096.
+RefractionMask trace_round_mask(const DropInstant& drop, const View& view, int size_px,
+                                const PathOptions& paths);
+
 // The point of the picture (right, up, from the drop's origin) for which a pixel has its values.
 Eigen::Vector2d mask_place_m(const DropInstant& drop, const View& view, const MaskGrid& grid,
                              int column, int row);

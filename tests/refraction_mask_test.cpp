@@ -51,6 +51,26 @@ TEST(RefractionMask, EveryOrderOfASphereObeysSnell) {
   }
 }
 
+TEST(RefractionMask, ARoundMapOfASphereGoesByTheAngleOfIncidence) {
+  // As above, the angle of incidence being the distance from the middle: 90 degrees at 1.
+  const RefractionMask mask =
+      trace_round_mask(frozen_drop({}), view_from_elevation(-20), 21, {.max_order = 2});
+  for (int column = 0; column < 20; ++column) {  // the rim itself is a little within: its own test
+    const double q = column / 10.0 - 1, incidence = std::abs(q) * pi / 2;
+    for (int order = 0; order <= 2 && column > 0; ++order) {
+      const double turn = sphere_deviation_rad(1.333, order, incidence);
+      const MaskExit& exit = mask.exit(order, column, 10);
+      const double sine = (order == 0 ? 1 : -1) * std::sin(turn) * (q < 0 ? -1 : 1);
+      EXPECT_NEAR(exit.direction.x(), sine, 1e-6) << order << " at " << q;
+      EXPECT_NEAR(exit.direction.z(), std::cos(turn), 1e-6) << order << " at " << q;
+      EXPECT_NEAR(exit.weight, sphere_throughput(1.333, order, std::sin(incidence)), 1e-6);
+    }
+  }
+  // At the outline and beyond it: of the order of sqrt(2e-5) from grazing.
+  for (const int column : {0, 20}) EXPECT_NEAR(mask.exit(0, column, 10).direction.z(), 1, 1e-4);
+  for (const MaskExit& exit : mask.exits) EXPECT_NEAR(exit.direction.norm(), 1, 1e-12);
+}
+
 TEST(RefractionMask, WeightsAndTailAreAllTheLight) {
   Random random(4);
   for (const DropInstant& drop : hard_drops()) {
