@@ -33,8 +33,13 @@ namespace pluvia {
 enum class RainPath { streaks, billboards_2010 };
 
 // How light gets into a streak (realtime/rain_look.h): as traced; as into a sphere; the same as
-// Wang et al. published it in 2006; or each streak as bright as another.
-enum class StreakLook { traced, sphere, sphere_published, white };
+// Wang et al. published it in 2006; each streak as bright as another; or refracted by masks
+// (realtime/refraction_look.h).
+enum class StreakLook { traced, sphere, sphere_published, white, refraction };
+
+// What of the scene drops that refract see: all around the camera, or as published 165 degrees
+// before it (realtime/capture_pass.h).
+enum class SceneCapture { cube, wide };
 
 struct RenderOptions {
   RainPath path = RainPath::streaks;  // billboards heed `packets` and `lookup` alone
@@ -64,6 +69,11 @@ struct RenderOptions {
   // atlas has their pictures: (degree + 1)^2 cells a streak; 0: its mean from everywhere. Spheres
   // see it to degree 3 at most, whatever the atlas has.
   int sky_degree = 3;
+  // Of streaks that refract, by the atlas's masks: samples of the drop in a pixel, 1 .. 50; the
+  // scene that they see, its sides in px, 16 .. 4096.
+  int persistence_samples = 10;
+  SceneCapture capture = SceneCapture::cube;
+  int capture_px = 256;
 
   bool operator==(const RenderOptions&) const = default;
 };
