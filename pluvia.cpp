@@ -21,6 +21,7 @@
 #include "atlas/merge_databases.h"
 #include "raytrace/generate_command.h"
 #include "raytrace/import_database.h"
+#include "raytrace/mask_set.h"
 #include "raytrace/reference_command.h"
 #include "realtime/compose_command.h"
 #include "realtime/render_command.h"
@@ -280,6 +281,7 @@ int main(int argc, char** argv) {
   MergeFlags merge_flags;
   ExportFlags export_flags;
   ImportFlags import_flags;
+  pluvia::MasksFlags masks_flags;
   pluvia::RenderFlags render_flags;
   pluvia::ComposeFlags compose_flags;
   pluvia::ViewFlags view_flags;
@@ -294,6 +296,7 @@ int main(int argc, char** argv) {
   CLI::App* const merge_command = add_merge(app, merge_flags);
   CLI::App* const export_command = add_export(app, export_flags);
   CLI::App* const import_command = add_import(app, import_flags);
+  CLI::App* const masks_command = pluvia::add_masks(app, masks_flags);
   CLI::App* const render_command = pluvia::add_render(app, render_flags);
   CLI::App* const compose_command = pluvia::add_compose(app, compose_flags);
   CLI::App* const view_command = pluvia::add_view(app, view_flags);
@@ -319,6 +322,7 @@ int main(int argc, char** argv) {
     if (*merge_command) merge(merge_flags);
     if (*export_command) export_layout(export_flags);
     if (*import_command) import_layout(import_flags);
+    if (*masks_command) fmt::print("{}", pluvia::write_masks(masks_flags, ProgressLine()));
     if (*render_command) fmt::print("{}", pluvia::render_frames(render_flags, ProgressLine()));
     if (*compose_command) fmt::print("{}", pluvia::compose_frames(compose_flags, ProgressLine()));
     if (*view_command) pluvia::view_scene(view_flags);

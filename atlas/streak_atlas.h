@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "atlas/image.h"
+#include "atlas/refraction_masks.h"
 #include "atlas/streak_database.h"
 
 namespace pluvia {
@@ -51,6 +52,7 @@ struct StreakAtlas {
   std::vector<LightDirection> lights = {};  // column order
   std::vector<AtlasView> views = {};        // ascending elevation
   std::vector<AtlasLayer> layers = {};      // ascending oscillation
+  RefractionMasks masks = {};  // of the same drops; not in its files: without any, empty
 };
 
 struct CellRect {

@@ -15,28 +15,6 @@ constexpr int lines_per_column = 8;
 constexpr double rows_per_slice = 0.5;  // two shapes a row, as the tracer has at least
 constexpr int fewest_slices = 64;       // .. and 30 for each period of a mode, of which few fit in
 
-// The greatest r cos b in image direction e: the largest of samples every 5 degrees, then the value
-// at the vertex of the parabola through its neighbours (off by less than 1e-6 of the radius).
-double outline_radius_m(const DropInstant& drop, const Eigen::Vector3d& e,
-                        const Eigen::Vector3d& to_camera) {
-  constexpr int half = 12;  // up to 60 degrees: r cos b is at most half the largest radius beyond
-  constexpr double step = 5 * pi / 180;
-  const auto distance_m = [&](double b) {
-    const Eigen::Vector3d u = std::cos(b) * e + std::sin(b) * to_camera;
-    return surface_radius_m(drop, u) * std::cos(b);
-  };
-  std::array<double, 2 * half + 1> samples = {};
-  for (int i = -half; i <= half; ++i) {
-    samples[static_cast<std::size_t>(i + half)] = distance_m(i * step);
-  }
-  const auto top = std::max_element(samples.begin(), samples.end());
-  if (top == samples.begin() || top == samples.end() - 1) return *top;
-  const double rise = *(top + 1) - *(top - 1), bend = *(top + 1) - 2 * *top + *(top - 1);
-  if (!(bend < 0)) return *top;
-  const auto index = static_cast<double>(top - samples.begin() - half);
-  return std::max(*top, distance_m((index - rise / (2 * bend)) * step));
-}
-
 // The rows of the drop's centre during a slice.
 struct Fall {
   double first = 0, last = 0;
@@ -98,6 +76,28 @@ void add_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& outline_px,
 
 }  // namespace
 
+// The largest of samples every 5 degrees, then the value at the vertex of the parabola through its
+// neighbours.
+double outline_distance_m(const DropInstant& drop, const Eigen::Vector3d& e,
+                          const Eigen::Vector3d& to_camera) {
+  constexpr int half = 12;  // up to 60 degrees: r cos b is at most half the largest radius beyond
+  constexpr double step = 5 * pi / 180;
+  const auto distance_m = [&](double b) {
+    const Eigen::Vector3d u = std::cos(b) * e + std::sin(b) * to_camera;
+    return surface_radius_m(drop, u) * std::cos(b);
+  };
+  std::array<double, 2 * half + 1> samples = {};
+  for (int i = -half; i <= half; ++i) {
+    samples[static_cast<std::size_t>(i + half)] = distance_m(i * step);
+  }
+  const auto top = std::max_element(samples.begin(), samples.end());
+  if (top == samples.begin() || top == samples.end() - 1) return *top;
+  const double rise = *(top + 1) - *(top - 1), bend = *(top + 1) - 2 * *top + *(top - 1);
+  if (!(bend < 0)) return *top;
+  const auto index = static_cast<double>(top - samples.begin() - half);
+  return std::max(*top, distance_m((index - rise / (2 * bend)) * step));
+}
+
 std::vector<Eigen::Vector2d> drop_outline_m(const DropInstant& drop, const View& view,
                                             int corners) {
   const Eigen::Vector2d centre(drop.origin_m.dot(view.right), drop.origin_m.dot(view.up));
@@ -107,7 +107,7 @@ std::vector<Eigen::Vector2d> drop_outline_m(const DropInstant& drop, const View&
   for (int i = 0; i < corners; ++i) {
     const Eigen::Vector2d across(std::cos(i * turn), std::sin(i * turn));
     const Eigen::Vector3d e = across.x() * view.right + across.y() * view.up;
-    outline.push_back(centre + widening * outline_radius_m(drop, e, view.to_camera) * across);
+    outline.push_back(centre + widening * outline_distance_m(drop, e, view.to_camera) * across);
   }
   return outline;
 }

@@ -18,6 +18,11 @@ namespace pluvia {
 // Widened so that a circle keeps its area. corners >= 3.
 std::vector<Eigen::Vector2d> drop_outline_m(const DropInstant& drop, const View& view, int corners);
 
+// Distance from the projected star centre to the outline in image direction e (unit, perpendicular
+// to to_camera): the maximum above, off by less than 1e-6 of the radius.
+double outline_distance_m(const DropInstant& drop, const Eigen::Vector3d& e,
+                          const Eigen::Vector3d& to_camera);
+
 // Share of each pixel's area and of the exposure in which the drop is there, 0 .. 1, row by row:
 // the `coverage` of a shard (atlas/streak_database.h). Without noise; within about 1e-3 of its
 // maximum of the exact one.

@@ -265,6 +265,13 @@ Preset read_preset(const std::string& file) {
   return preset;
 }
 
+double mean_refractive_index(const Preset& preset) {
+  double sum = 0;
+  const std::vector<Band> bands = bands_of(preset);
+  for (const Band& band : bands) sum += band.refractive_index;
+  return sum / static_cast<double>(bands.size());
+}
+
 const OscillationSet& set_of(const Preset& preset, int oscillation) {
   const auto set = std::find_if(preset.sets.begin(), preset.sets.end(),
                                 [&](const OscillationSet& s) { return s.index == oscillation; });

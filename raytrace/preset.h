@@ -72,6 +72,9 @@ std::vector<int> diameters_of(const Preset& preset);
 // At least one, ascending names. gn2006: Y, of no wavelength.
 std::vector<Band> bands_of(const Preset& preset);
 
+// Of its bands: for light whose colours are not split.
+double mean_refractive_index(const Preset& preset);
+
 // The set of that index. Throws std::invalid_argument when the preset has none.
 const OscillationSet& set_of(const Preset& preset, int oscillation);
 

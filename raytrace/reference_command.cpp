@@ -37,14 +37,6 @@ struct Saver {
   }
 };
 
-// The preset's water has one index, or one for each band: their mean, for colours are not split.
-double refractive_index_of(const Preset& preset) {
-  double sum = 0;
-  const auto bands = bands_of(preset);
-  for (const Band& band : bands) sum += band.refractive_index;
-  return sum / static_cast<double>(bands.size());
-}
-
 void shrink(Camera& camera, int width_px) {
   if (width_px == 0) return;
   const double scale = static_cast<double>(width_px) / camera.width_px;
@@ -63,7 +55,7 @@ std::unique_ptr<ReferenceScene> read_reference_scene(const ReferenceFlags& flags
   shrink(scene.camera, flags.width_px);
   summary.left_splashes = scene.splashes.has_value();
   ReferenceOptions options = flags.options;
-  options.refractive_index = refractive_index_of(preset);
+  options.refractive_index = mean_refractive_index(preset);
   const double cone_deg =
       flags.cone_half_angle_deg > 0 ? flags.cone_half_angle_deg : preset.cone_half_angle_deg;
   if (cone_deg == 0)

@@ -77,6 +77,7 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (scene.lights.size() > most_lights)
     throw std::runtime_error(fmt::format("scene: {} lights; expected at most {} with rain",
                                          scene.lights.size(), most_lights));
+  if (options.look == StreakLook::refraction) return;  // shows drops, too
   for (const RainSize& size : all_sizes(scene)) {
     const double least_s = 2 * size.r0_m / size.velocity_m_s.norm();
     if (scene.camera.exposure_s >= least_s) continue;

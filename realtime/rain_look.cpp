@@ -14,6 +14,11 @@
 namespace pluvia {
 namespace {
 
+// Whose thin streaks have the lights of spheres.
+bool has_transfer(StreakLook look) {
+  return look != StreakLook::traced && look != StreakLook::white;
+}
+
 bool is_sphere(StreakLook look) {
   return look == StreakLook::sphere || look == StreakLook::sphere_published;
 }
@@ -41,7 +46,10 @@ std::vector<glm::vec4> seen_through_sphere(const SphereTransferOptions& options,
 
 void check_look(const RenderOptions& options) {
   if (options.look != StreakLook::traced && options.path == RainPath::billboards_2010)
-    throw std::runtime_error("billboards: a look of spheres or white; expected traced");
+    throw std::runtime_error("billboards: a look that is not traced; expected traced");
+  if (options.look == StreakLook::refraction && options.over_picture)
+    throw std::runtime_error(
+        "look: refraction, over a picture that shows one way only; expected another look");
   if (options.background_share && !is_sphere(options.look))
     throw std::runtime_error("background_share: the look has none; expected a look of spheres");
   if (options.streak_cd_m2 && options.look != StreakLook::white)
@@ -61,7 +69,7 @@ RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const 
   RainLook look = {.look = options.look};
   if (look.look == StreakLook::white)
     look.streak_cd_m2 = options.streak_cd_m2.value_or(scene.camera.white_cd_m2);
-  if (!is_sphere(look.look)) return look;
+  if (!has_transfer(look.look)) return look;
   const bool published = look.look == StreakLook::sphere_published;
   look.background_share =
       options.background_share.value_or(published ? published_background_share : 0);
@@ -70,7 +78,7 @@ RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const 
     look.brightest_per_lux = *std::max_element(rings.begin(), rings.end());
     look.transfer = make_buffer(std::vector<float>(rings.begin(), rings.end()));
   }
-  look.sky_cells = sky_cells(sky);
+  if (is_sphere(look.look)) look.sky_cells = sky_cells(sky);
   if (look.sky_cells > 0)
     look.sky = make_buffer(seen_through_sphere(transfer_options(look.look), sky));
   return look;
@@ -92,6 +100,7 @@ StreakAtlas coverage_alone(const StreakAtlas& atlas) {
 }
 
 std::vector<std::string> look_notes(const RainLook& look) {
+  if (look.look == StreakLook::refraction) return {};  // refraction_look.h has them
   if (look.look == StreakLook::white)
     return {fmt::format("streaks are white: {:.4g} cd/m2 whatever the light", look.streak_cd_m2)};
   std::string note = look.look == StreakLook::sphere
@@ -104,9 +113,12 @@ std::vector<std::string> look_notes(const RainLook& look) {
 }
 
 ShaderDefines look_defines(const RainLook& look) {
-  if (look.traced()) return {{"TRACED", "1"}, {"STREAK_LIGHT", "rain_light.glsl"}};
+  if (look.traced())
+    return {{"TRACED", "1"}, {"REFRACTION", "0"}, {"STREAK_LIGHT", "rain_light.glsl"}};
+  const bool refracts = look.look == StreakLook::refraction;
   return {{"TRACED", "0"},
-          {"STREAK_LIGHT", "rain_look.glsl"},
+          {"STREAK_LIGHT", refracts ? "rain_refraction_light.glsl" : "rain_look.glsl"},
+          {"REFRACTION", refracts ? "1" : "0"},
           {"SPHERE", is_sphere(look.look) ? "1" : "0"},
           {"LOOK_LIGHTS", look.transfer.id() ? "1" : "0"},
           {"TRANSFER_RINGS", std::to_string(transfer_rings)},

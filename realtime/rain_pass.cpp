@@ -45,7 +45,12 @@ enum Binding : GLuint {
   splat_sums_at,
   splat_overflow_at,
   transfer_rings_at,
-  moving_drops_at
+  moving_drops_at,
+  mask_outlines_at,
+  mask_sizes_at,
+  mask_sets_at,
+  mask_views_at,
+  mask_reaches_at
 };
 
 enum TextureUnit : GLuint {
@@ -56,7 +61,9 @@ enum TextureUnit : GLuint {
   scene_depth_at,
   point_pictures_at,
   environment_pictures_at,
-  coverage_pictures_at
+  coverage_pictures_at,
+  masks_at,
+  surroundings_at
 };
 
 ShaderDefines defines(bool shadows, const RainPass& pass) {
@@ -84,6 +91,7 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"SPLAT_LIGHTS", std::to_string(splat_lights)},
                        {"SPLAT_STEPS", std::to_string(splat_steps)}};
   all.merge(look_defines(pass.look));
+  if (pass.refraction) all.merge(ShaderDefines(pass.refraction->defines));
   const std::pair<const char*, GLuint> bindings[] = {
       {"RAIN_UNIFORMS", uniforms_at},
       {"GROUP_STARTS", group_starts_at},
@@ -115,6 +123,13 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
       {"SPLAT_SUMS", splat_sums_at},
       {"SPLAT_OVERFLOW", splat_overflow_at},
       {"TRANSFER", transfer_rings_at},
+      {"MASK_OUTLINES", mask_outlines_at},
+      {"MASK_SIZES", mask_sizes_at},
+      {"MASK_SETS", mask_sets_at},
+      {"MASK_VIEWS", mask_views_at},
+      {"MASK_REACHES", mask_reaches_at},
+      {"MASKS", masks_at},
+      {"SURROUNDINGS", surroundings_at},
       {"POINT_PICTURES", point_pictures_at},
       {"ENVIRONMENT_PICTURES", environment_pictures_at},
       {"COVERAGE_PICTURES", coverage_pictures_at},
@@ -123,10 +138,21 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
   return all;
 }
 
+void bind_refraction(const RefractionLook& look) {
+  bind_storage(mask_outlines_at, look.outlines);
+  bind_storage(mask_sizes_at, look.sizes);
+  bind_storage(mask_sets_at, look.sets);
+  bind_storage(mask_views_at, look.views);
+  bind_storage(mask_reaches_at, look.reaches);
+  glBindTextureUnit(masks_at, look.masks.id());
+  glBindTextureUnit(surroundings_at, look.capture.picture.id());
+}
+
 // What only streaks of one look or another are lit by.
 void bind_light(const RainPass& pass) {
   if (pass.look.transfer.id()) bind_storage(transfer_rings_at, pass.look.transfer);
   if (pass.look.sky.id()) bind_storage(sky_at, pass.look.sky);
+  if (pass.refraction) bind_refraction(*pass.refraction);
   if (!pass.look.traced()) return;
   bind_storage(atlas_layers_at, pass.atlas_layers);
   if (pass.taps > 1) {
@@ -254,6 +280,7 @@ StreakCounts sum_groups(const RainPass& pass) {
 }
 
 std::size_t lit_per_streak(const RainPass& pass) {  // rain_streaks.glsl
+  if (pass.refraction) return static_cast<std::size_t>(pass.uniforms.counts.y) + 1;
   if (!pass.look.traced()) return 1;
   return static_cast<std::size_t>(pass.uniforms.counts.y * pass.taps + (pass.sky_cells == 1));
 }
@@ -339,6 +366,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.packets = make_rain_packets(scene.rain, *pass.space, options.packets);
   pass.uniforms = rain_uniforms(scene, atlas, options);
   pass.sizes = gpu_rain_sizes(scene, *pass.space, atlas);
+  if (options.look == StreakLook::refraction)
+    pass.refraction = make_refraction_look(scene, whole_atlas, options, pass.sizes);
   pass.uniforms.environment = to_glm(mean_radiance(sky), 0);
   // A streak lets so much through that others hide less of those behind them, too.
   pass.uniforms.air.y *= static_cast<float>(1 - pass.look.background_share);
@@ -389,7 +418,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     pass.splat.program = build_program({"rain_splat.comp"}, defines(!shadows.empty(), pass));
   }
   pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
-  pass.draw = build_program({"rain.vert", "rain.frag"}, defines(false, pass));
+  pass.draw = build_program({"rain.vert", pass.refraction ? "rain_refraction.frag" : "rain.frag"},
+                            defines(false, pass));
   return pass;
 }
 
@@ -464,6 +494,7 @@ PlannedPass plan_of(const RainPass& pass) {
   plan.add("atlas: lights by direction", pass.light_candidates);
   plan.add("transfer function", pass.look.transfer);
   plan.add("sky as spheres see it", pass.look.sky);
+  if (pass.refraction) plan_refraction(*pass.refraction, plan);
   plan.add("sky", pass.sky);
   plan.add("sky of streaks", pass.sky_streaks);
   plan.add("atlas: spans of the sky", pass.atlas->sky_spans);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "realtime/rain_look.h"
 #include "realtime/rain_renderer.h"
 #include "realtime/rain_splat.h"
+#include "realtime/refraction_look.h"
 #include "realtime/scene_pass.h"
 #include "realtime/shadow_pass.h"
 #include "realtime/streak_record.h"
@@ -54,6 +56,7 @@ struct RainPass {
   int taps = 1;                         // lit records of a streak and light
   std::vector<std::string> notes = {};  // what the plan should say
   RainLook look = {};
+  std::optional<RefractionLook> refraction = {};  // of streaks that refract
   int sky_cells = 0;   // of the atlas and sky, that a streak mixes: none, uniform, or harmonics
   int view_taps = 2;   // views that a streak mixes
   GlTexture sum = {};  // of all streaks: RGBA32F, weighted radiance and tau

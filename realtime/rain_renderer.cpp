@@ -66,6 +66,8 @@ struct RainRenderer::State {
   // What the composite puts over the scene.
   const RainPass* streaks() const { return rain && !billboards() ? &*rain : nullptr; }
 
+  bool captures() const { return rain && rain->refraction; }
+
   void use() { context->make_current(); }
   // Why no surface was moved; empty: one was.
   std::string move(double time_s) {
@@ -214,6 +216,10 @@ Frame RainRenderer::draw(double time_s) {
   state.draw_background();
   watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
   state.draw_whole_image(watch, frame.costs);
+  if (state.captures()) {
+    draw_capture(state.rain->refraction->capture, state.surfaces, state.shadows);
+    watch.lap("surroundings", "", frame.costs);
+  }
   if (state.rain) {
     frame.streaks_in_view = place_rain(*state.rain, state.scene, state.shadows, time_s);
     frame.packets = state.rain->counts;
@@ -261,6 +267,7 @@ FramePlan RainRenderer::plan() {
   if (state.fog) plan.passes.push_back(plan_of(*state.fog));
   if (state.blur) plan.passes.push_back(plan_of(*state.blur));
   if (state.wind) plan.passes.push_back(plan_of(*state.wind));
+  if (state.captures()) plan.passes.push_back(plan_of(state.rain->refraction->capture));
   if (state.rain) plan.passes.push_back(plan_of(*state.rain));
   if (state.splashes) plan.passes.push_back(plan_of(*state.splashes));
   plan.passes.push_back(plan_of(state.composite));

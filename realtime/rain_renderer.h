@@ -34,8 +34,13 @@ namespace pluvia {
 enum class RainPath { streaks, billboards_2010 };
 
 // How light gets into a streak (realtime/rain_look.h): as traced; as into a sphere; the same as
-// Wang et al. published it in 2006; or each streak as bright as another.
-enum class StreakLook { traced, sphere, sphere_published, white };
+// Wang et al. published it in 2006; each streak as bright as another; or refracted by masks
+// (realtime/refraction_look.h).
+enum class StreakLook { traced, sphere, sphere_published, white, refraction };
+
+// What of the scene drops that refract see: all around the camera, or as published 165 degrees
+// before it (realtime/capture_pass.h).
+enum class SceneCapture { cube, wide };
 
 struct RenderOptions {
   RainPath path = RainPath::streaks;  // billboards heed `packets` and `lookup` alone
@@ -68,6 +73,11 @@ struct RenderOptions {
   // The frame is put over pictures that are given (RainRenderer::show), not over the scene's
   // surfaces.
   bool over_picture = false;
+  // Of streaks that refract, by the atlas's masks: samples of the drop in a pixel, 1 .. 50; the
+  // scene that they see, its sides in px, 16 .. 4096.
+  int persistence_samples = 10;
+  SceneCapture capture = SceneCapture::cube;
+  int capture_px = 256;
 
   bool operator==(const RenderOptions&) const = default;
 };

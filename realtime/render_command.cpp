@@ -19,8 +19,24 @@ void add_quality(CLI::App& command, QualityFlags& flags) {
       ->capture_default_str();
   command
       .add_option("--look", flags.look,
-                  "light in a streak: as traced, as in a sphere, as published in 2006, or none")
-      ->check(CLI::IsMember({"traced", "sphere", "sphere-published", "white"}))
+                  "light in a streak: as traced, as in a sphere, as published in 2006, none, or "
+                  "refracted by masks")
+      ->check(CLI::IsMember({"traced", "sphere", "sphere-published", "white", "refraction"}))
+      ->capture_default_str();
+  command.add_option("--masks", flags.masks, "of refraction: folder of the masks (pluvia masks)");
+  command
+      .add_option("--persistence", flags.persistence_samples,
+                  "of refraction: samples of the drop in a pixel of its streak")
+      ->check(CLI::Range(1, 50))
+      ->capture_default_str();
+  command
+      .add_option("--capture", flags.capture,
+                  "of refraction: the scene that drops see, all around or 165 degrees before the "
+                  "camera")
+      ->check(CLI::IsMember({"cube", "wide"}))
+      ->capture_default_str();
+  command.add_option("--capture-px", flags.capture_px, "of refraction: its sides")
+      ->check(CLI::Range(16, 4096))
       ->capture_default_str();
   command
       .add_option("--background-share", flags.background_share,
@@ -61,14 +77,24 @@ RenderOptions render_options(const QualityFlags& flags) {
       {"traced", StreakLook::traced},
       {"sphere", StreakLook::sphere},
       {"sphere-published", StreakLook::sphere_published},
-      {"white", StreakLook::white}};
+      {"white", StreakLook::white},
+      {"refraction", StreakLook::refraction}};
   return {.far_streaks = flags.far_streaks,
           .packets = {.scheme = schemes.at(flags.packets)},
           .lookup = lookups.at(flags.lookup),
           .look = looks.at(flags.look),
           .background_share = flags.background_share,
           .streak_cd_m2 = flags.streak_cd_m2,
-          .sky_degree = flags.sky_degree};
+          .sky_degree = flags.sky_degree,
+          .persistence_samples = flags.persistence_samples,
+          .capture = flags.capture == "cube" ? SceneCapture::cube : SceneCapture::wide,
+          .capture_px = flags.capture_px};
+}
+
+StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags) {
+  StreakAtlas atlas = read_atlas(folder);
+  if (!flags.masks.empty()) atlas.masks = read_refraction_masks(flags.masks);
+  return atlas;
 }
 
 CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
@@ -116,7 +142,8 @@ std::string mean_costs(const std::vector<std::vector<PassCost>>& costs) {
 std::string render_frames(const RenderFlags& flags,
                           const std::function<void(const std::string&, double)>& progress) {
   const Scene scene = read_scene(flags.scene);
-  RainRenderer renderer(scene, read_atlas(flags.atlas), render_options(flags.quality));
+  RainRenderer renderer(scene, read_atlas(flags.atlas, flags.quality),
+                        render_options(flags.quality));
   if (flags.plan) return plan_text(renderer.plan());
   if (flags.out.empty()) throw CLI::ValidationError("--out", "is required without --plan");
   make_folder(flags.out);

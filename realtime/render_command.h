@@ -14,6 +14,9 @@ namespace pluvia {
 struct QualityFlags {  // of a frame
   std::string lookup = "view-linear", look = "traced", packets = "automatic";
   std::optional<double> background_share = {}, streak_cd_m2 = {};
+  std::string masks = {}, capture = "cube";  // of streaks that refract
+  int persistence_samples = RenderOptions{}.persistence_samples;
+  int capture_px = RenderOptions{}.capture_px;
   int sky_degree = RenderOptions{}.sky_degree;
   double far_streaks = RenderOptions{}.far_streaks;
 };
@@ -29,6 +32,9 @@ struct RenderFlags {
 
 void add_quality(CLI::App& command, QualityFlags& flags);
 RenderOptions render_options(const QualityFlags& flags);
+
+// With the masks that the flags name, if any.
+StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags);
 
 CLI::App* add_render(CLI::App& app, RenderFlags& flags);
 

@@ -150,6 +150,34 @@ void draw_surfaces(const ScenePass& pass, const ShaderProgram& program) {
   glDrawElements(GL_TRIANGLES, pass.index_count, GL_UNSIGNED_INT, nullptr);
 }
 
+void begin_surfaces(const ScenePass& pass, const ShadowPass& shadows) {
+  bind_inputs(pass);
+  if (!shadows.empty()) {
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, shadow_views_at, shadows.view_buffer.id());
+    glBindTextureUnit(shadow_maps_at, shadows.maps.id());
+  }
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+}
+
+void draw_colors(const ScenePass& pass, const GlFramebuffer& target, int wide, int high) {
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
+  glViewport(0, 0, wide, high);
+  clear_depth(target);
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(pass.sky.id());
+  glBindVertexArray(pass.no_vertices.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  draw_surfaces(pass, pass.surface);
+}
+
+void upload_values(const ScenePass& pass, const SceneUniforms& values) {
+  glNamedBufferSubData(pass.uniforms.id(), 0, sizeof(values), &values);
+}
+
 }  // namespace
 
 ScenePass make_scene_targets(const Scene& scene) {
@@ -190,30 +218,13 @@ void link_scene_pass(ScenePass& pass, const ShadowPass& shadows) {
 void set_camera(ScenePass& pass, const Scene& scene, const ShadowPass& shadows) {
   pass.values.camera = gpu_camera(scene.camera);
   pass.values.camera_m = to_glm(scene.camera.position_m - pass.origin_m, 0);
-  glNamedBufferSubData(pass.uniforms.id(), 0, sizeof(pass.values), &pass.values);
+  upload_values(pass, pass.values);
   update_buffer(pass.lights, gpu_lights(scene, shadows.slots));
 }
 
 void draw_scene(const ScenePass& pass, const ShadowPass& shadows) {
-  bind_inputs(pass);
-  if (!shadows.empty()) {
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, shadow_views_at, shadows.view_buffer.id());
-    glBindTextureUnit(shadow_maps_at, shadows.maps.id());
-  }
-  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
-
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.color_target.id());
-  glViewport(0, 0, subpixels * pass.width, subpixels * pass.height);
-  clear_depth(pass.color_target);
-  glDisable(GL_DEPTH_TEST);
-  glUseProgram(pass.sky.id());
-  glBindVertexArray(pass.no_vertices.id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  draw_surfaces(pass, pass.surface);
+  begin_surfaces(pass, shadows);
+  draw_colors(pass, pass.color_target, subpixels * pass.width, subpixels * pass.height);
 
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pass.depth_target.id());
   glViewport(0, 0, pass.width, pass.height);
@@ -221,6 +232,16 @@ void draw_scene(const ScenePass& pass, const ShadowPass& shadows) {
   const float nothing[4] = {std::numeric_limits<float>::infinity(), 0, 0, 0};
   glClearNamedFramebufferfv(pass.depth_target.id(), GL_COLOR, 0, nothing);
   draw_surfaces(pass, pass.surface_depth);
+}
+
+void draw_view(const ScenePass& pass, const ShadowPass& shadows, const GpuCamera& camera,
+               const GlFramebuffer& target, int size_px) {
+  SceneUniforms values = pass.values;
+  values.camera = camera;
+  upload_values(pass, values);
+  begin_surfaces(pass, shadows);
+  draw_colors(pass, target, size_px, size_px);
+  upload_values(pass, pass.values);
 }
 
 PlannedPass plan_of(const ScenePass& pass) {

@@ -56,6 +56,11 @@ void set_camera(ScenePass& pass, const Scene& scene, const ShadowPass& shadows);
 
 void draw_scene(const ScenePass& pass, const ShadowPass& shadows);
 
+// Colours alone, of another camera at the same place (its picture: size_px texels, `subpixels` of
+// them to a pixel), into a square target with a depth of its own.
+void draw_view(const ScenePass& pass, const ShadowPass& shadows, const GpuCamera& camera,
+               const GlFramebuffer& target, int size_px);
+
 PlannedPass plan_of(const ScenePass& pass);
 
 }  // namespace pluvia

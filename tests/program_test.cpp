@@ -77,8 +77,8 @@ TEST_F(Program, GenerateAndPackSayOneLineOfWhatTheyMade) {
 TEST_F(Program, HelpOfEverySubcommandHasAnExampleAndGoesToTheOutput) {
   const std::string overview = run_pluvia("--help").out;
   for (const std::string command :
-       {"generate", "merge", "export", "import", "pack", "render", "reference", "view", "validate",
-        "compare-reports", "sweep"}) {
+       {"generate", "merge", "export", "import", "pack", "masks", "render", "reference", "view",
+        "validate", "compare-reports", "sweep"}) {
     const Outcome outcome = run_pluvia(command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.out, HasSubstr("example: pluvia " + command));

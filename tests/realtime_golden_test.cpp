@@ -3,7 +3,7 @@
 // and from there all are made anew:
 //
 //   TEST_TMPDIR=DIR/ build/realtime_golden_test
-//   for name in fog glow lens shadows sky spheres streaks_quads streaks_thin; do
+//   for name in fog glow lens refraction shadows sky spheres streaks_quads streaks_thin; do
 //     oiiotool --nosoftwareattrib DIR/pluvia_golden_$name.exr -d half -o tests/golden/$name.exr
 //   done
 //
@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas/image_io.h"
+#include "raytrace/mask_set.h"
 #include "realtime/rain_renderer.h"
 #include "tests/evening_sky.h"
 #include "tests/realtime_fixture.h"
@@ -120,6 +121,25 @@ TEST(Golden, StreaksThatShineAsSpheres) {
   EXPECT_LT(quads, frame.streaks_in_view * 3 / 4);
   expect_numbers(frame);
   expect_golden("spheres", frame.rain, streak_bound);
+}
+
+// Some as quads, some thin, of masks that are traced here.
+TEST(Golden, StreaksThatRefract) {
+  PLUVIA_NEEDS_OPENGL();
+  const TemporaryFolder folder;
+  Scene scene = shower();
+  scene.environment = {.map_file = folder / "evening.exr", .scale_cd_m2 = 10};
+  write_exr(scene.environment.map_file, evening_map());
+  StreakAtlas atlas = quarter_atlas();
+  MaskSetCost cost;
+  atlas.masks = trace_mask_set(
+      read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml"),
+      {.size_px = 16, .phases = 3, .instants = 16, .view_elevations_deg = {0, 20}}, cost);
+  RainRenderer renderer(scene, atlas,
+                        {.widest_splat_px = 0.1, .look = StreakLook::refraction, .capture_px = 64});
+  const Frame frame = renderer.render(0.5);
+  expect_numbers(frame);
+  expect_golden("refraction", frame.rain, streak_bound);
 }
 
 // A lamp above a table, whose shadow lies on the ground and on the drops below; the camera looks

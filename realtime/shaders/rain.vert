@@ -21,7 +21,7 @@ void main() {
 #endif
   vec2 margin = margin_px / abs(column.x * row.y - column.y * row.x) *
                 vec2(length(row), length(column));
-  float end = end_row(streak.path_rows, streak.clip_row);
+  float end = last_row(streak.path_rows, streak.clip_row);
   vec2 corner = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1);
   vec2 place = mix(-margin, vec2(cell.y, end) + margin, corner);
   vec2 px = streak.origin_px + place.x * column + place.y * row;

@@ -19,6 +19,29 @@ void keep_lit(uint place, vec3 light, uint cell) {
   lit_streaks[place] = LitStreak(light.r, light.g, light.b, cell);
 }
 
+#if REFRACTION
+// What reaches the camera and the size; then each lamp as a disc: its radiance, and the chord of its
+// half-angle.
+void keep_lamps(uint place, Drop drop, Placement placed) {
+  RainSize size = rain_sizes[drop.size];
+  uint first = place * uint(counts.y + 1);
+  float transmitted = exp(-air.x * length(placed.middle_m));
+  keep_lit(first, vec3(transmitted), uint(drop.size));
+#if LOOK_LIGHTS
+  for (int i = 0; i < counts.y; ++i) {
+    Illumination lit = illumination(lights[i], placed.middle_m);
+    float share = path_lit_share(lights[i], placed.middle_m, size.times.x * velocity_of(drop));
+    // Of a lamp with a radius, its own disc.
+    bool has_disc = lights[i].place.w != 0.0 && lights[i].intensity.w > 0.0;
+    float sine = has_disc ? min(lights[i].intensity.w / lit.distance_m, 1.0) : float(LAMP_SINE);
+    float chord = sine * sqrt(2.0 / (1.0 + sqrt(1.0 - sine * sine)));
+    vec3 radiance = share / (3.14159265358979 * sine * sine) * lit.lux;
+    keep_lit(first + 1u + uint(i), radiance, floatBitsToUint(chord));
+  }
+#endif
+}
+#endif
+
 void write_light(uint place, Drop drop, Placement placed) {
 #if TRACED
   float transmitted = exp(-air.x * length(placed.middle_m));
@@ -31,6 +54,8 @@ void write_light(uint place, Drop drop, Placement placed) {
 #elif SKY_CELLS > 1
   sky_streaks[place] = sky_of(drop, placed.frame, transmitted);
 #endif
+#elif REFRACTION
+  keep_lamps(place, drop, placed);
 #else
   keep_lit(place, streak_radiance(drop, placed), 0u);
 #endif

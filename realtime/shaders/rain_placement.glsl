@@ -105,11 +105,20 @@ float end_row(float path_rows, float clip_row) {
   return min(cell.x + path_rows + cell.w, clip_row);
 }
 
+// Last row that is drawn: a drop that refracts is whole where its path is cut short.
+float last_row(float path_rows, float clip_row) {
+#if REFRACTION
+  return min(cell.x + path_rows, clip_row) + cell.w;
+#else
+  return end_row(path_rows, clip_row);
+#endif
+}
+
 // Whether any pixel of the picture can be touched: the parallelogram's bounding box, one pixel
 // wider.
 bool in_picture(Placement placed) {
   vec2 across_px = cell.y * placed.column_px;
-  vec2 along_px = end_row(placed.path_rows, placed.clip_row) * placed.row_px;
+  vec2 along_px = last_row(placed.path_rows, placed.clip_row) * placed.row_px;
   float margin_px = 1.0;
 #if LENS
   margin_px += circle_reach_px(placed.depth_m);

@@ -14,7 +14,8 @@ struct Streak {
 const float no_streak = 0.0;
 
 // One cell that lights a streak: of a light, in lux, or of the uniform sky, in cd/m^2. Of a streak
-// that is not traced, its radiance in cd/m^2.
+// that is not traced, its radiance in cd/m^2; of one that refracts, first the share that reaches the
+// camera and the size of its drop, then each lamp's radiance and the chord of its half-angle.
 struct LitStreak {
   float red, green, blue;
   uint cell;  // layer << 16 | cell of the atlas << 1 | mirrored

@@ -41,7 +41,7 @@ void view_scene(const ViewFlags& flags) {
   Window window("Pluvia: " + flags.scene, {flags.width_px, flags.height_px});
   ViewOptions options = flags.options;
   options.render = render_options(flags.quality);
-  view(window, scene, read_atlas(flags.atlas), options);
+  view(window, scene, read_atlas(flags.atlas, flags.quality), options);
 }
 
 }  // namespace pluvia

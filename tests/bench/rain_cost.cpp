@@ -27,6 +27,7 @@ struct CostFlags {
   int frames = 3;
   double most_drops = 1e5;
   std::string looks_under = {};  // a map
+  std::string masks = {};        // of refraction, under that map
 };
 
 struct Cost {
@@ -122,6 +123,23 @@ std::vector<Row> look_rows() {
   return rows;
 }
 
+// By masks: thin streaks walked, then all as quads, whose pixels take so many samples.
+std::vector<Row> refraction_rows() {
+  std::vector<Row> rows;
+  for (const double drops : {1e4, 2e4, 4e4, 8e4}) {
+    rows.push_back({drops, "automatic", "refraction", 1, {.look = StreakLook::refraction}});
+    for (const int samples : {1, 5, 10, 20, 50}) {
+      rows.push_back(
+          {drops,
+           "automatic",
+           fmt::format("refraction quads {}", samples),
+           1,
+           {.widest_splat_px = 0, .look = StreakLook::refraction, .persistence_samples = samples}});
+    }
+  }
+  return rows;
+}
+
 // As published: 720 x 480.
 Scene under_map(Scene scene, const std::string& map) {
   scene.camera.width_px = 720;
@@ -137,7 +155,12 @@ void run(const CostFlags& flags) {
   fmt::print(
       "drops,packets,lookup,lights,streaks,looked_at,rain_ms,cpu_ms,frame_ms,"
       "mb_beside_the_atlas\n");
-  for (const Row& row : looks ? look_rows() : all_rows(flags.most_drops)) {
+  std::vector<Row> rows = looks ? look_rows() : all_rows(flags.most_drops);
+  if (looks && !flags.masks.empty()) {
+    atlas.masks = read_refraction_masks(flags.masks);
+    rows = refraction_rows();
+  }
+  for (const Row& row : rows) {
     const int frames = row.drops > 1e5 ? 1 : flags.frames;
     Scene scene = far_rain(row.drops, row.lights);
     if (looks) scene = under_map(scene, flags.looks_under);
@@ -159,6 +182,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 99));
   app.add_option("--most-drops", flags.most_drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
   app.add_option("--looks", flags.looks_under, "looks under this map instead");
+  app.add_option("--masks", flags.masks,
+                 "with --looks: streaks that refract by these masks instead");
   CLI11_PARSE(app, argc, argv);
   try {
     pluvia::run(flags);
