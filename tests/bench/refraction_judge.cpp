@@ -26,6 +26,7 @@ namespace {
 struct JudgeFlags {
   std::string scene = {}, atlas = {}, masks = {}, reference = {}, out = {};
   double start_s = 0;
+  bool refraction_alone = false;
 };
 
 struct Truth {
@@ -115,6 +116,7 @@ void run(const JudgeFlags& flags) {
   if (!flags.out.empty()) write_png(flags.out + "/reference.png", truth.color, white);
   fmt::print("look,flip,flip_where_drops_are,rain_rmse,light_over_reference\n");
   for (const auto& [name, options] : rows()) {
+    if (flags.refraction_alone && options.look != StreakLook::refraction) continue;
     RainRenderer renderer(scene, atlas, options);
     const Frame frame = renderer.render(flags.start_s);
     const FlipError flip = ldr_flip(shown, cut_to_screen(frame.color, white));
@@ -143,6 +145,8 @@ int main(int argc, char** argv) {
   app.add_option("--masks", flags.masks, "of the same drops (pluvia masks)")->required();
   app.add_option("--reference", flags.reference, "picture of pluvia reference")->required();
   app.add_option("--start-s", flags.start_s, "time of the frame");
+  app.add_flag("--refraction-alone", flags.refraction_alone,
+               "for exposures in which a drop is no streak, which other looks refuse");
   app.add_option("--out", flags.out, "folder for the pictures");
   CLI11_PARSE(app, argc, argv);
   try {
