@@ -149,6 +149,10 @@ CLI::App* add_sweep(CLI::App& app, SweepFlags& flags, const std::string& data_fo
       ->add_option("--atlas", flags.inputs.atlas_folder,
                    "folder of an atlas, for renderer and models")
       ->excludes(from);
+  command
+      ->add_option("--masks", flags.inputs.masks_folder,
+                   "folder of refraction masks, for models; without: no refraction")
+      ->excludes(from);
   command->add_option("--scene", flags.inputs.scene_file, "for renderer")
       ->excludes(from)
       ->capture_default_str();

@@ -15,6 +15,7 @@ struct SweepInputs {
       {};                         // drop: of the kind physical, with a drop of 3 mm and set 6
   std::string scene_file = {};    // renderer
   std::string atlas_folder = {};  // renderer, models
+  std::string masks_folder = {};  // models: of refraction; empty: without it
   std::string data_folder = {};   // models: the project's
   int repeats = 3;                // of each time, >= 1
   bool quick = false;             // fewer settings, smaller pictures: to try it, not to quote it
@@ -54,7 +55,8 @@ SweepCurve sweep_atlas(const SweepInputs& inputs, const Progress& progress);
 SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress);
 
 // What each model of a streak's light costs and is off (realtime/rain_look.h, billboard_pass.h):
-// flat white, a sphere's transfer function, traced streaks by their lookups, billboards of 2010; of
+// flat white, a sphere's transfer function, refraction by masks, traced streaks by their lookups,
+// billboards of 2010; of
 // the same drops, in two small scenes (validate/frame_prices.h), against the reference tracer.
 // Times are of the same rain 100 times as dense, as in sweep_renderer. Throws std::runtime_error
 // for files, as RainRenderer, and for an atlas that lacks what the reference needs.

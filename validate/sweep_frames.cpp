@@ -10,7 +10,9 @@ bool on_processor(const GlInfo& info) {
 double rain_time_s(const Frame& frame, const GlInfo& info) {
   double time_s = 0;
   for (const PassCost& pass : frame.costs) {
-    if (pass.pass != "rain" && pass.pass != "composite" && pass.pass != "billboards") continue;
+    const bool of_rain = pass.pass == "rain" || pass.pass == "composite" ||
+                         pass.pass == "billboards" || pass.pass == "surroundings";
+    if (!of_rain) continue;
     time_s += on_processor(info) ? pass.cpu_s : pass.wall_s;
   }
   return time_s;

@@ -9,7 +9,8 @@ namespace pluvia {
 // A software rasteriser: its time is processor time, of all threads.
 bool on_processor(const GlInfo& info);
 
-// Of the passes that draw streaks: processor time on a software rasteriser, else wall-clock time.
+// Of the passes that draw streaks, and what streaks see: processor time on a software rasteriser,
+// else wall-clock time.
 double rain_time_s(const Frame& frame, const GlInfo& info);
 
 }  // namespace pluvia

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "atlas/refraction_masks.h"
 #include "validate/drop_trial.h"
 #include "validate/flip.h"
 #include "validate/frame_prices.h"
@@ -77,6 +78,9 @@ std::vector<Model> models_of(Judge& judge, bool quick) {
       model("traced streaks", "view-linear", "--lookup view-linear", {}),
       model("traced streaks", "trilinear", "--lookup trilinear",
             {.lookup = LookupMode::trilinear})};
+  if (judge.atlas.masks)
+    models.push_back(model("refraction", "refraction", "--look refraction --masks DIR",
+                           {.look = StreakLook::refraction}));
   if (quick) return models;
   models.push_back(model("traced streaks", "trilinear, the sky's mean",
                          "--lookup trilinear --sky-degree 0",
@@ -129,7 +133,8 @@ void time_models(const SweepInputs& inputs, const Progress& progress, Judge& jud
 SweepCurve sweep_scene(const std::string& kind, const std::string& what, const Scene& scene,
                        const SweepInputs& inputs, const Progress& progress) {
   const Preset preset = read_preset(inputs.preset_file);
-  const StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  StreakAtlas atlas = read_atlas(inputs.atlas_folder);
+  if (!inputs.masks_folder.empty()) atlas.masks = read_refraction_masks(inputs.masks_folder);
   if (!can_be_judged(atlas)) {
     throw std::runtime_error(inputs.atlas_folder +
                              ": not what models are judged with; expected ten sets, the views 0, "
