@@ -78,7 +78,7 @@ std::vector<Model> models_of(Judge& judge, bool quick) {
       model("traced streaks", "view-linear", "--lookup view-linear", {}),
       model("traced streaks", "trilinear", "--lookup trilinear",
             {.lookup = LookupMode::trilinear})};
-  if (judge.atlas.masks)
+  if (mask_count(judge.atlas.masks) > 0)
     models.push_back(model("refraction", "refraction", "--look refraction --masks DIR",
                            {.look = StreakLook::refraction}));
   if (quick) return models;
