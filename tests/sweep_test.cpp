@@ -434,7 +434,9 @@ TEST_F(SweepMeasured, PicturesOfAnAtlasErrLessTheCloserTheirLightsAndTheMoreThey
 }
 
 TEST_F(SweepMeasured, ModelsAreRefusedAnAtlasThatCannotBeJudged) {
-  write_atlas(folder / "atlas", synthetic_atlas({.cell_width_px = 16, .levels = 5}));
+  StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5, .layers = 2});
+  atlas.diameter_um = 3200;
+  write_atlas(folder / "atlas", atlas);
   const Outcome refused = run_pluvia(fmt::format(
       "sweep --quick --curve models-night --atlas {} --out {}", folder / "atlas", folder / "out"));
   EXPECT_EQ(refused.code, 1);
