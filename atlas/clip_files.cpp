@@ -28,7 +28,13 @@ std::unique_ptr<OIIO::ImageInput> opened(const std::string& file) {
   const auto size = fs::file_size(file, error);
   if (error) refuse(file, "cannot read: " + error.message() + "; expected a video or pictures");
   if (size == 0) refuse(file, "is empty; expected a video or a picture");
-  auto input = OIIO::ImageInput::open(file);
+  // Else colours come multiplied by the opacity that is left out.
+  const OIIO::ImageSpec config = [] {
+    OIIO::ImageSpec spec;
+    spec["oiio:UnassociatedAlpha"] = 1;
+    return spec;
+  }();
+  auto input = OIIO::ImageInput::open(file, &config);
   if (!input)
     refuse(file,
            "cannot be read: " + one_line(OIIO::geterror()) + "; expected a video or a picture");

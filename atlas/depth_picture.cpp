@@ -1,9 +1,12 @@
 #include "atlas/depth_picture.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -52,7 +55,11 @@ Image read_numbers(const std::string& file, double scale_m) {
 }  // namespace
 
 Image read_depth(const std::string& file, double scale_m) {
-  const bool png = std::filesystem::path(file).extension() == ".png";
+  std::string kind = std::filesystem::path(file).extension();
+  std::transform(kind.begin(), kind.end(), kind.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  const bool png = kind == ".png";
+  if (!png && scale_m != 0) refuse(file, "has metres of its own; expected no --depth-scale-m");
   Image depth = png ? read_numbers(file, scale_m) : read_metres(file);
   for (int y = 0; y < depth.height; ++y) {
     for (int x = 0; x < depth.width; ++x) {

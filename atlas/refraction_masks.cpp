@@ -1,5 +1,6 @@
 #include "atlas/refraction_masks.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -46,11 +47,14 @@ Image image_of(const std::string& file, const ExrPart& part, const Image& shape)
   check_signed_values(file, part);
   Image image = make_image(shape.width, shape.height, shape.channels);
   for (std::size_t c = 0; c < names.size(); ++c) {
-    for (const ExrChannel& channel : part.channels) {
-      if (channel.name != names[c]) continue;
-      for (std::size_t i = 0; i < channel.values.size(); ++i)
-        image.values[i * names.size() + c] = channel.values[i];
-    }
+    const auto channel =
+        std::find_if(part.channels.begin(), part.channels.end(),
+                     [&](const ExrChannel& known) { return known.name == names[c]; });
+    if (channel == part.channels.end())
+      throw std::runtime_error(
+          fmt::format("{}: part {}: no channel {}; expected it", file, part.name, names[c]));
+    for (std::size_t i = 0; i < channel->values.size(); ++i)
+      image.values[i * names.size() + c] = channel->values[i];
   }
   return image;
 }
@@ -109,6 +113,7 @@ void write_refraction_masks(const std::string& folder, const RefractionMasks& ma
                                            {"refractive_index", masks.refractive_index},
                                            {"cone_half_angle_rad", masks.cone_half_angle_rad},
                                            {"diameters_um", masks.diameters_um},
+                                           {"durations_s", masks.durations_s},
                                            {"oscillations", masks.oscillations},
                                            {"view_elevations_deg", masks.view_elevations_deg},
                                            {"sha256", sha256(bytes)}};
@@ -129,10 +134,16 @@ RefractionMasks read_refraction_masks(const std::string& folder) {
   masks.refractive_index = positive_at(member(root, "refractive_index"));
   masks.cone_half_angle_rad = positive_at(member(root, "cone_half_angle_rad"));
   masks.diameters_um = ascending_at(member(root, "diameters_um"), 1, 20000);
+  for (const JsonPlace& place : elements(member(root, "durations_s")))
+    masks.durations_s.push_back(positive_at(place));
+  if (masks.durations_s.size() != masks.diameters_um.size())
+    throw_at(member(root, "durations_s"),
+             fmt::format("{} durations; expected {}, one for each diameter",
+                         masks.durations_s.size(), masks.diameters_um.size()));
   masks.oscillations = ascending_at(member(root, "oscillations"), 0, most);
   masks.view_elevations_deg = ascending_at(member(root, "view_elevations_deg"), -90, 90);
-  if (mask_count(masks) > most)
-    throw_at(root, fmt::format("{} masks; expected at most {}", mask_count(masks), most));
+  if (mask_count(masks) > most_masks)
+    throw_at(root, fmt::format("{} masks; expected at most {}", mask_count(masks), most_masks));
   const std::string pictures = path_in(folder, "masks.exr"), bytes = read_file(pictures);
   if (sha256(bytes) != text_at(member(root, "sha256")))
     throw std::runtime_error(

@@ -3,9 +3,8 @@
 // directions and weights for each order, and outlines, finer in time than the masks. The pictures
 // are round maps (trace_round_mask): of the outline, wherever it is; outlines are in mean radii r0.
 //
-// A phase k of n stands for the time k / (n - 1) of what a streak picture of the drop shows
-// (StreakAtlas::exposure_s of its radius), a single one for half of it; an instant of the outlines
-// for (k + 0.5) / n.
+// A phase k of n stands for the time k / (n - 1) of durations_s, which is what a streak picture of
+// the drop shows, a single one for half of it; an instant of the outlines for (k + 0.5) / n.
 //
 // On disk: DIR/masks.exr, two parts of 32-bit floats, ZIP ("exits": channels X, Y, Z, the direction
 // to the right, up and onward, and weight W; masks one below the other, orders side by side;
@@ -29,9 +28,10 @@ struct RefractionMasks {
   int phases = 0;    // masks of a drop
   int instants = 0;  // outlines of a drop
   double refractive_index = 0;
-  double cone_half_angle_rad = 0;      // of lights without a size of their own, as drops see them
-  std::vector<int> diameters_um = {};  // ascending
-  std::vector<int> oscillations = {};  // ascending
+  double cone_half_angle_rad = 0;        // of lights without a size of their own, as drops see them
+  std::vector<int> diameters_um = {};    // ascending
+  std::vector<double> durations_s = {};  // of each: the time that its masks and outlines show
+  std::vector<int> oscillations = {};    // ascending
   std::vector<int> view_elevations_deg = {};  // ascending
   Image exits = {};     // 4 channels, orders * size_px wide, mask_count * size_px high
   Image outlines = {};  // 1 channel: distances from the centre, equal angles from the right to up;
@@ -39,6 +39,7 @@ struct RefractionMasks {
 };
 
 std::size_t mask_count(const RefractionMasks& masks);
+constexpr std::size_t most_masks = 65536;
 
 // Which mask of the pictures; indices into the tables above.
 struct MaskPlace {

@@ -3,8 +3,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "raytrace/drop_motion.h"
-
 namespace pluvia {
 namespace {
 
@@ -53,7 +51,8 @@ struct Field {
   void add_cell(int size_index, const LocalSpace& local, const RainCell& cell);
   void add_size(int size_index, double time_s);
   void add_single(std::size_t i, double time_s);
-  void add_moving(double time_s);
+  void add_singles(double time_s);
+  void add_moving(const DropMotion& motion, double time_s);
 };
 
 void Field::add_cell(int size_index, const LocalSpace& local, const RainCell& cell) {
@@ -92,10 +91,11 @@ void Field::add_single(std::size_t i, double time_s) {
                 drop.oscillation % oscillation_count));
 }
 
-void Field::add_moving(double time_s) {
-  Scene posed = scene;
-  DropMotion motion = make_drop_motion(scene);
-  move_drops(motion, posed, time_s);
+void Field::add_singles(double time_s) {
+  for (std::size_t i = 0; i < scene.drops.size(); ++i) add_single(i, time_s);
+}
+
+void Field::add_moving(const DropMotion& motion, double time_s) {
   for (std::size_t s = 0; s < motion.sizes.size(); ++s) {
     const MovingSize& size = motion.sizes[s];
     const TopHeight& top = space.tops[static_cast<std::size_t>(space.sizes[s].top)];
@@ -136,14 +136,24 @@ std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
 std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              double time_s) {
   assert(oscillation_count >= 1);
-  Field field{scene, space, oscillation_count};
   if (needs_motion(scene.rain)) {
-    field.add_moving(time_s);
-  } else {
-    for (std::size_t i = 0; i < space.sizes.size(); ++i)
-      field.add_size(static_cast<int>(i), time_s);
+    Scene posed = scene;
+    DropMotion motion = make_drop_motion(scene);
+    move_drops(motion, posed, time_s);
+    return drop_field(scene, space, oscillation_count, motion, time_s);
   }
-  for (std::size_t i = 0; i < scene.drops.size(); ++i) field.add_single(i, time_s);
+  Field field{scene, space, oscillation_count};
+  for (std::size_t i = 0; i < space.sizes.size(); ++i) field.add_size(static_cast<int>(i), time_s);
+  field.add_singles(time_s);
+  return std::move(field.drops);
+}
+
+std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
+                             const DropMotion& motion, double time_s) {
+  assert(oscillation_count >= 1);
+  Field field{scene, space, oscillation_count};
+  field.add_moving(motion, time_s);
+  field.add_singles(time_s);
   return std::move(field.drops);
 }
 

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "raytrace/drop_motion.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 
@@ -56,5 +57,9 @@ std::vector<CellDrop> drops_of_cell(const Rain& rain, const RainSpace& space,
 // have the number of the drop in its size and, as their round, its fall.
 std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              double time_s);
+
+// The same of drops that have been moved there already.
+std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
+                             const DropMotion& motion, double time_s);
 
 }  // namespace pluvia

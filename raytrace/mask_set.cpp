@@ -15,6 +15,9 @@
 namespace pluvia {
 namespace {
 
+// Between two masks directions go straight: of a sine sampled so often cos(pi / 4) is left midway.
+constexpr double phases_per_period = 4;
+
 void check_count(std::string_view name, int value, int least, int most) {
   if (value < least || value > most)
     throw std::invalid_argument(
@@ -36,17 +39,17 @@ void check_options(const Preset& preset, const MaskSetOptions& options) {
         "light.cone_half_angle_deg = 0; expected a cone: no line of sight meets a point");
 }
 
+// The time that a streak picture of the drop shows (raytrace/streak_placement.h).
+double picture_s(const Preset& preset, int diameter_um) {
+  const SizeRecord size = size_of(preset, diameter_um);
+  return size.span_s * std::pow(diameter_um * 0.5e-6 / size.mean_radius_m, 1.5);
+}
+
 struct MaskSet {
   const Preset& preset;
   const MaskSetOptions& options;
   MaskSetCost& cost;
   RefractionMasks masks = {};
-
-  // The time that a streak picture of the drop shows (raytrace/streak_placement.h).
-  double picture_s(int diameter_um) const {
-    const SizeRecord size = size_of(preset, diameter_um);
-    return size.span_s * std::pow(diameter_um * 0.5e-6 / size.mean_radius_m, 1.5);
-  }
 
   void add_mask(const DropInstant& drop, const View& view, std::size_t index) {
     const RefractionMask mask = trace_round_mask(
@@ -91,6 +94,10 @@ struct MaskSet {
   }
 };
 
+std::vector<int> drops_of(const Preset& preset, const MaskSetOptions& options) {
+  return options.diameters_um.empty() ? diameters_of(preset) : options.diameters_um;
+}
+
 RefractionMasks empty_masks(const Preset& preset, const MaskSetOptions& options) {
   RefractionMasks masks = {
       .size_px = options.size_px,
@@ -99,10 +106,15 @@ RefractionMasks empty_masks(const Preset& preset, const MaskSetOptions& options)
       .instants = options.instants,
       .refractive_index = mean_refractive_index(preset),
       .cone_half_angle_rad = preset.cone_half_angle_deg * std::numbers::pi / 180,
-      .diameters_um = options.diameters_um,
+      .diameters_um = drops_of(preset, options),
       .view_elevations_deg = options.view_elevations_deg};
-  if (masks.diameters_um.empty()) masks.diameters_um = diameters_of(preset);
+  for (const int diameter_um : masks.diameters_um)
+    masks.durations_s.push_back(picture_s(preset, diameter_um));
   masks.oscillations = preset.oscillations;
+  std::sort(masks.oscillations.begin(), masks.oscillations.end());
+  if (mask_count(masks) > most_masks)
+    throw std::invalid_argument(
+        fmt::format("{} masks; expected at most {}", mask_count(masks), most_masks));
   const auto count = static_cast<int>(mask_count(masks));
   masks.exits = make_image(masks.orders * masks.size_px, count * masks.size_px, 4);
   masks.outlines = make_image(options.angles, count / masks.phases * masks.instants, 1);
@@ -122,7 +134,7 @@ RefractionMasks trace_mask_set(const Preset& preset, const MaskSetOptions& optio
       const DropShape shape =
           drop_shape(preset, masks.oscillations[o], masks.diameters_um[d] * 0.5e-6);
       for (std::size_t v = 0; v < masks.view_elevations_deg.size(); ++v)
-        set.add_view(shape, set.picture_s(masks.diameters_um[d]), {d, o, v, 0});
+        set.add_view(shape, masks.durations_s[d], {d, o, v, 0});
       const auto done = static_cast<double>(d * masks.oscillations.size() + o + 1);
       const auto all = static_cast<double>(masks.diameters_um.size() * masks.oscillations.size());
       if (progress) progress(done / all);
@@ -148,12 +160,38 @@ CLI::App* add_masks(CLI::App& app, MasksFlags& flags) {
   command->add_option("--max-order", flags.options.max_order, "segments inside the drop, at most")
       ->check(CLI::Range(0, 15))
       ->capture_default_str();
-  command->add_option("--phases", flags.options.phases, "masks of an oscillation")
+  command
+      ->add_option(
+          "--phases", flags.options.phases,
+          "masks of a drop, evenly over the time that its streak picture shows; 1: one for all")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->footer("example: pluvia masks data/presets/preview.toml --out masks");
   return command;
 }
+
+namespace {
+
+// A single phase is one mask for all outlines, as published.
+void refuse_few_phases(const Preset& preset, const MaskSetOptions& options) {
+  if (options.phases == 1) return;
+  for (const int diameter_um : drops_of(preset, options)) {
+    const double duration_s = picture_s(preset, diameter_um);
+    for (const int oscillation : preset.oscillations) {
+      const double periods =
+          fastest_mode_periods(drop_shape(preset, oscillation, diameter_um * 0.5e-6), duration_s);
+      const int least = static_cast<int>(std::ceil(phases_per_period * periods)) + 1;
+      if (options.phases >= least) continue;
+      throw std::runtime_error(fmt::format(
+          "--phases {}: a drop of {} mm goes through {:.1f} periods of its fastest mode in its "
+          "{:.3g} "
+          "s; expected 1, or at least {}, {} for each",
+          options.phases, diameter_um / 1000.0, periods, duration_s, least, phases_per_period));
+    }
+  }
+}
+
+}  // namespace
 
 std::string write_masks(const MasksFlags& flags,
                         const std::function<void(const std::string&, double)>& progress) {
@@ -167,6 +205,7 @@ std::string write_masks(const MasksFlags& flags,
     options.diameters_um.push_back(static_cast<int>(std::lround(1000 * mm)));
   ascending(options.diameters_um);
   ascending(options.view_elevations_deg);
+  refuse_few_phases(preset, options);
   MaskSetCost cost;
   const RefractionMasks masks = trace_mask_set(preset, options, cost, [&](double share) {
     if (progress) progress("refraction masks", share);

@@ -28,9 +28,9 @@ bool is_drawn(const Scene& scene, const CameraFrame& camera, const Drop& drop) {
 
 // What float loses of the places that rays and boxes meet at: an origin and a direction rounded to
 // 2^-24 each, and the steps of the box test, over the span that a ray can have between drops.
-double float_loss_m(const MovingDrops& drops) {
+double float_loss_m(const FallingDrops& drops) {
   double farthest = 0;
-  for (const MovingDrop& drop : drops.drops) {
+  for (const FallingDrop& drop : drops.drops) {
     const Eigen::Vector3d last = drop.centre_m + drop.velocity_m_s * drops.exposure_s;
     farthest = std::max({farthest, drop.centre_m.norm(), last.norm()});
   }
@@ -39,7 +39,7 @@ double float_loss_m(const MovingDrops& drops) {
 
 struct Query {
   RTCIntersectContext embree;  // first, so that the callback gets from its pointer to the whole
-  const MovingDrops* drops;
+  const FallingDrops* drops;
   const Ray* ray;
   Moment* moment;
   double far_m;
@@ -64,8 +64,9 @@ void intersect_moving_drop(const RTCIntersectFunctionNArguments* args) {
 
 }  // namespace
 
-MovingDrops moving_drops(const Scene& scene, const std::vector<Drop>& drops, const Preset& preset) {
-  MovingDrops moving = {.exposure_s = scene.camera.exposure_s};
+FallingDrops moving_drops(const Scene& scene, const std::vector<Drop>& drops,
+                          const Preset& preset) {
+  FallingDrops moving = {.exposure_s = scene.camera.exposure_s};
   const CameraFrame camera = camera_frame(scene.camera);
   std::map<std::pair<int, double>, int> shapes;
   for (const Drop& drop : drops) {
@@ -97,15 +98,15 @@ const DropInstant& Moment::shape(int index) {
   return made_.back().second;
 }
 
-Ray seen_from(const MovingDrop& drop, double time_s, const Ray& ray) {
+Ray seen_from(const FallingDrop& drop, double time_s, const Ray& ray) {
   const Eigen::Vector3d centre_m = drop.centre_m + drop.velocity_m_s * time_s;
   return {drop.world_from_drop.transpose() * (ray.origin_m - centre_m),
           drop.world_from_drop.transpose() * ray.direction};
 }
 
-std::optional<DropHit> meet_drop(const MovingDrops& drops, int index, const Ray& ray,
+std::optional<DropHit> meet_drop(const FallingDrops& drops, int index, const Ray& ray,
                                  Moment& moment) {
-  const MovingDrop& drop = drops.drops[static_cast<std::size_t>(index)];
+  const FallingDrop& drop = drops.drops[static_cast<std::size_t>(index)];
   if (moment.time_s() >= drop.end_s) return {};
   const Ray own = seen_from(drop, moment.time_s(), ray);
   const double reach_m = drops.reach_m[static_cast<std::size_t>(drop.shape)];
@@ -120,13 +121,13 @@ std::optional<DropHit> meet_drop(const MovingDrops& drops, int index, const Ray&
 }
 
 struct DropGeometry::State {
-  const MovingDrops& drops;
+  const FallingDrops& drops;
   double loss_m = 0;
   RTCScene scene = nullptr;
 
   static void bounds(const RTCBoundsFunctionArguments* args) {
     const auto* state = static_cast<const State*>(args->geometryUserPtr);
-    const MovingDrop& drop = state->drops.drops[args->primID];
+    const FallingDrop& drop = state->drops.drops[args->primID];
     const Eigen::Vector3d centre =
         drop.centre_m + drop.velocity_m_s * (args->timeStep * state->drops.exposure_s);
     const double half = state->drops.reach_m[static_cast<std::size_t>(drop.shape)] + state->loss_m;
@@ -140,7 +141,7 @@ struct DropGeometry::State {
   }
 };
 
-DropGeometry::DropGeometry(const MovingDrops& drops)
+DropGeometry::DropGeometry(const FallingDrops& drops)
     : state_(new State{.drops = drops, .loss_m = float_loss_m(drops)}) {
   const RTCDevice device = embree_device();
   state_->scene = rtcNewScene(device);

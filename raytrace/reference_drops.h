@@ -24,19 +24,19 @@
 
 namespace pluvia {
 
-struct MovingDrop {
+struct FallingDrop {
   std::uint64_t id = 0;                  // of the drop list
   Eigen::Vector3d centre_m = {0, 0, 0};  // from the camera, at shutter-open
   Eigen::Vector3d velocity_m_s = {0, 0, -1};
   Eigen::Matrix3d world_from_drop = Eigen::Matrix3d::Identity();
-  int shape = 0;     // of MovingDrops::shapes
+  int shape = 0;     // of FallingDrops::shapes
   double end_s = 0;  // after shutter-open: its hit, at most the exposure
 };
 
-struct MovingDrops {
+struct FallingDrops {
   std::vector<DropShape> shapes = {};  // time 0 is shutter-open
   std::vector<double> reach_m = {};    // of each shape
-  std::vector<MovingDrop> drops = {};
+  std::vector<FallingDrop> drops = {};
   double exposure_s = 0;
 };
 
@@ -44,17 +44,17 @@ struct MovingDrops {
 // the exposure stays out of the slab nearest_depth_m before and behind the camera plane
 // (raytrace/streak_placement.h), and whose middle is in no lamp. Axes as a drop's picture has them,
 // seen from the camera at the middle of the exposure. Throws as drop_shape does.
-MovingDrops moving_drops(const Scene& scene, const std::vector<Drop>& drops, const Preset& preset);
+FallingDrops moving_drops(const Scene& scene, const std::vector<Drop>& drops, const Preset& preset);
 
 // The surfaces at one time, made when they are asked for.
 class Moment {
  public:
-  Moment(const MovingDrops& drops, double time_s) : drops_(drops), time_s_(time_s) {}
+  Moment(const FallingDrops& drops, double time_s) : drops_(drops), time_s_(time_s) {}
   double time_s() const { return time_s_; }
   const DropInstant& shape(int index);
 
  private:
-  const MovingDrops& drops_;
+  const FallingDrops& drops_;
   double time_s_ = 0;
   std::deque<std::pair<int, DropInstant>> made_ = {};  // addresses stay
 };
@@ -65,17 +65,17 @@ struct Ray {  // in the world, from the camera
 };
 
 // A ray in the frame of a drop, its centre at the origin.
-Ray seen_from(const MovingDrop& drop, double time_s, const Ray& ray);
+Ray seen_from(const FallingDrop& drop, double time_s, const Ray& ray);
 
 struct DropMeeting {
-  int drop = -1;     // of MovingDrops::drops; -1: none
+  int drop = -1;     // of FallingDrops::drops; -1: none
   DropHit hit = {};  // in its frame
 };
 
 class DropGeometry {
  public:
   // The drops must outlive it. Throws std::runtime_error when Embree cannot start.
-  explicit DropGeometry(const MovingDrops& drops);
+  explicit DropGeometry(const FallingDrops& drops);
   ~DropGeometry();
   DropGeometry(const DropGeometry&) = delete;
   DropGeometry& operator=(const DropGeometry&) = delete;
@@ -89,7 +89,7 @@ class DropGeometry {
 };
 
 // The ray against one drop, from outside; nothing after its end.
-std::optional<DropHit> meet_drop(const MovingDrops& drops, int drop, const Ray& ray,
+std::optional<DropHit> meet_drop(const FallingDrops& drops, int drop, const Ray& ray,
                                  Moment& moment);
 
 }  // namespace pluvia

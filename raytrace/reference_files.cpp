@@ -107,10 +107,10 @@ void append_shape(std::string& bytes, const DropShape& shape) {
   append(bytes, shape.keep_centroid);
 }
 
-void append_drops(std::string& bytes, const MovingDrops& drops) {
+void append_drops(std::string& bytes, const FallingDrops& drops) {
   for (const DropShape& shape : drops.shapes) append_shape(bytes, shape);
   append(bytes, drops.drops.size());
-  for (const MovingDrop& drop : drops.drops) {
+  for (const FallingDrop& drop : drops.drops) {
     append(bytes, drop.id);
     append_matrix(bytes, drop.centre_m);
     append_matrix(bytes, drop.velocity_m_s);

@@ -23,8 +23,8 @@ struct DropCone {
   double height = 0;  // 1 - cos of the half angle
 };
 
-DropCone cone_of(const MovingDrops& drops, int index, double time_s) {
-  const MovingDrop& drop = drops.drops[static_cast<std::size_t>(index)];
+DropCone cone_of(const FallingDrops& drops, int index, double time_s) {
+  const FallingDrop& drop = drops.drops[static_cast<std::size_t>(index)];
   const Eigen::Vector3d centre_m = drop.centre_m + drop.velocity_m_s * time_s;
   const double distance_m = centre_m.norm();
   const double reach_m = drops.reach_m[static_cast<std::size_t>(drop.shape)];
@@ -55,7 +55,7 @@ std::optional<std::uint32_t> pixel_of(const ReferenceScene& scene,
 // The sample at a place of a drop's unit cube; nothing where the drop is not met first.
 std::optional<Deposit> sample_drop(const ReferenceScene& scene, int index,
                                    const Eigen::Vector3d& place, CounterRandom& random) {
-  const MovingDrop& drop = scene.drops.drops[static_cast<std::size_t>(index)];
+  const FallingDrop& drop = scene.drops.drops[static_cast<std::size_t>(index)];
   Moment moment(scene.drops, place[0] * drop.end_s);
   const DropCone cone = cone_of(scene.drops, index, moment.time_s());
   const Ray ray = {{0, 0, 0}, in_cone(cone, place[1], place[2])};

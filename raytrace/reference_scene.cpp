@@ -33,7 +33,7 @@ Eigen::Vector3d direction_in_cone(const Eigen::Vector3d& axis, double sine2,
 }
 
 // Of a light to a point of a surface, per unit pi: E cos, as far as nothing stands in between.
-double lit_share(const ReferenceScene& scene, const SurfacePoint& point, const Light& light,
+double lit_share(const ReferenceScene& scene, const MetSurface& point, const Light& light,
                  const Illumination& lit, CounterRandom& random) {
   Eigen::Vector3d toward = lit.toward;
   double distance_m = lit.distance_m, weight = 1;
@@ -94,7 +94,7 @@ Eigen::Vector3d environment_radiance(const ReferenceScene& scene,
   return radiance;
 }
 
-Eigen::Vector3d surface_radiance(const ReferenceScene& scene, const SurfacePoint& point,
+Eigen::Vector3d surface_radiance(const ReferenceScene& scene, const MetSurface& point,
                                  CounterRandom& random) {
   Eigen::Vector3d reflected = scene.ambient_cd_m2;
   for (const Light& light : scene.lights) {

@@ -39,7 +39,7 @@ struct ReferenceScene {
   Camera camera = {};
   CameraFrame frame = {};
   Mesh mesh = {};
-  MovingDrops drops = {};
+  FallingDrops drops = {};
   std::vector<Light> lights = {};  // from the camera
   EnvironmentMap map = {};         // empty: `uniform` instead
   Eigen::Vector3d uniform_cd_m2 = {0, 0, 0};
@@ -61,7 +61,7 @@ std::unique_ptr<ReferenceScene> make_reference_scene(const Scene& scene,
 Eigen::Vector3d environment_radiance(const ReferenceScene& scene, const Eigen::Vector3d& direction);
 
 // Of a point of a surface; a lamp with a radius is met at one random place.
-Eigen::Vector3d surface_radiance(const ReferenceScene& scene, const SurfacePoint& point,
+Eigen::Vector3d surface_radiance(const ReferenceScene& scene, const MetSurface& point,
                                  CounterRandom& random);
 
 // Radiance of the lamps that a ray sees which leaves a drop, as far as far_m, where another drop

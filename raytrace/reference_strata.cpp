@@ -13,7 +13,7 @@ constexpr double halved_at = 16;        // samples of a stratum
 
 // The area that a drop passes over in the picture, px^2; 0 where none of it can be seen.
 double swept_px2(const ReferenceScene& scene, int index) {
-  const MovingDrop& drop = scene.drops.drops[static_cast<std::size_t>(index)];
+  const FallingDrop& drop = scene.drops.drops[static_cast<std::size_t>(index)];
   const double reach_m = scene.drops.reach_m[static_cast<std::size_t>(drop.shape)];
   const CameraFrame& frame = scene.frame;
   const Eigen::Vector3d ends[2] = {drop.centre_m, drop.centre_m + drop.velocity_m_s * drop.end_s};

@@ -18,7 +18,7 @@
 namespace pluvia {
 
 struct Stratum {
-  int drop = 0;                                // of MovingDrops::drops
+  int drop = 0;                                // of FallingDrops::drops
   std::array<std::uint32_t, 3> low = {};       // its lower corner, in units of 2^-most_halvings
   std::array<std::uint32_t, 3> halvings = {};  // of each side
   double samples = 0;                          // so far

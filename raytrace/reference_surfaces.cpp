@@ -41,7 +41,7 @@ SurfaceGeometry::~SurfaceGeometry() {
   if (state_->scene) rtcReleaseScene(state_->scene);
 }
 
-std::optional<SurfacePoint> SurfaceGeometry::nearest(const Ray& ray, double far_m) const {
+std::optional<MetSurface> SurfaceGeometry::nearest(const Ray& ray, double far_m) const {
   if (!state_->scene) return {};
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -51,7 +51,7 @@ std::optional<SurfacePoint> SurfaceGeometry::nearest(const Ray& ray, double far_
   const Mesh& mesh = state_->mesh;
   const std::uint32_t* corner = &mesh.indices[3 * std::size_t{rayhit.hit.primID}];
   const double u = rayhit.hit.u, v = rayhit.hit.v;
-  SurfacePoint point;
+  MetSurface point;
   point.distance_m = rayhit.ray.tfar;
   point.position_m = ray.origin_m + point.distance_m * ray.direction;
   point.normal =
@@ -73,7 +73,7 @@ bool SurfaceGeometry::is_blocked(const Ray& ray, double far_m) const {
   return embree.tfar < 0;
 }
 
-Eigen::Vector3d above_surface(const SurfacePoint& point, const Eigen::Vector3d& toward) {
+Eigen::Vector3d above_surface(const MetSurface& point, const Eigen::Vector3d& toward) {
   const double lift_m = 1e-5 * (1 + point.position_m.norm());
   return point.position_m + (point.facet.dot(toward) < 0 ? -lift_m : lift_m) * point.facet;
 }

@@ -10,7 +10,7 @@
 
 namespace pluvia {
 
-struct SurfacePoint {
+struct MetSurface {
   double distance_m = 0;
   Eigen::Vector3d position_m = {0, 0, 0};  // from the camera
   Eigen::Vector3d normal = {0, 0, 1};      // unit; of the vertices, linear between them
@@ -27,7 +27,7 @@ class SurfaceGeometry {
   SurfaceGeometry& operator=(const SurfaceGeometry&) = delete;
 
   // The first surface before far_m. Thread-safe, as is the other.
-  std::optional<SurfacePoint> nearest(const Ray& ray, double far_m) const;
+  std::optional<MetSurface> nearest(const Ray& ray, double far_m) const;
   bool is_blocked(const Ray& ray, double far_m) const;
 
  private:
@@ -37,6 +37,6 @@ class SurfaceGeometry {
 
 // Where a ray to a light may start so that its own triangle, in float, is not in the way: above the
 // facet by 1e-5 of the distance from the camera (float errs by 1e-7 of it), on the light's side.
-Eigen::Vector3d above_surface(const SurfacePoint& point, const Eigen::Vector3d& toward);
+Eigen::Vector3d above_surface(const MetSurface& point, const Eigen::Vector3d& toward);
 
 }  // namespace pluvia

@@ -99,7 +99,7 @@ struct Tracer {
 
   void follow(const DropMeeting& meeting, const Beam& beam, int split_order,
               const std::function<void(const Leaving&)>& leave) const {
-    const MovingDrop& drop = scene.drops.drops[static_cast<std::size_t>(meeting.drop)];
+    const FallingDrop& drop = scene.drops.drops[static_cast<std::size_t>(meeting.drop)];
     const Eigen::Vector3d centre_m = drop.centre_m + drop.velocity_m_s * moment.time_s();
     follow_drop(moment.shape(drop.shape), meeting.hit,
                 turned(beam, drop.world_from_drop.transpose()), scene.options.refractive_index,
@@ -125,7 +125,7 @@ struct Tracer {
     return sum;
   }
 
-  Eigen::Vector3d seen_from_drop(SurfacePoint point) const {
+  Eigen::Vector3d seen_from_drop(MetSurface point) const {
     if (!scene.options.drops_see_emission) point.material.emission_cd_m2.setZero();
     return surface_radiance(scene, point, random);
   }

@@ -36,7 +36,7 @@ Eigen::Vector3d tornado(const WindPrimitive& primitive, const Eigen::Vector3d& a
   const Rise rise = rise_of(z_m, primitive.height_m);
   const double upward = rise.flux * std::exp(-rho2 / core2) / (pi * core2);
   return primitive.strength * per_rho(rho2, core2) * primitive.axis.cross(across) +
-         primitive.inflow * primitive.strength *
+         primitive.inflow * std::abs(primitive.strength) *
              (upward * primitive.axis - rise.change * per_rho(rho2, core2) * across);
 }
 
@@ -48,11 +48,12 @@ WindPrimitive primitive_at(const WindPrimitive& primitive, double time_s) {
   if (primitive.path.empty()) return now;
   const auto& path = primitive.path;
   now.position_m = along_path(path, time_s, &WindKey::position_m);
-  now.strength = along_path(path, time_s, &WindKey::strength);
   const std::size_t i = key_before(path, time_s);
   now.axis = path[i].axis;
+  now.strength = path[i].strength;
   if (time_s < path.front().time_s || i + 1 == path.size()) return now;
   const double u = (time_s - path[i].time_s) / (path[i + 1].time_s - path[i].time_s);
+  now.strength = (1 - u) * path[i].strength + u * path[i + 1].strength;
   now.axis = ((1 - u) * path[i].axis + u * path[i + 1].axis).normalized();
   return now;
 }

@@ -10,7 +10,7 @@
 //            air between them rising in the core: z from its foot along the axis, q = z / h,
 //            V = ... - a S'(z) G / (2 pi rho) e_r + a S(z) exp(-rho^2 / c^2) / (pi c^2) axis,
 //            S = (686 sqrt(7) / 27) h (q (1 - q))^4, |S'| <= 1; S = 0 outside 0 <= q <= 1;
-//            a = inflow b
+//            a = inflow |b|: it lifts, whichever way it turns
 //                                           divergence 0
 //
 // All are finite everywhere and smooth, but for the tornado's third derivatives
@@ -40,7 +40,7 @@ struct WindPrimitive {
   Eigen::Vector3d position_m = {0, 0, 0};  // of a point of the axis; of a tornado its foot
   Eigen::Vector3d axis = {0, 0, 1};        // unit
   double strength = 0;             // uniform: s in m/s; source: a, vortex and tornado: b, in m^2/s
-  double inflow = 0;               // of a tornado: a / b
+  double inflow = 0;               // of a tornado: a / |b|
   double core_radius_m = 1;        // c > 0
   double height_m = 10;            // of a tornado: h > 0
   std::vector<WindKey> path = {};  // ascending times; empty: steady
@@ -48,7 +48,7 @@ struct WindPrimitive {
 
 constexpr double widest_turn_rad = 2.967;  // 170 degrees
 
-// The primitive as its path has it: place and strength as raytrace/key_path.h, the axis evenly
+// The primitive as its path has it: place as raytrace/key_path.h, strength and axis evenly
 // along the chord from key to key. Axes of keys one after the other are at most widest_turn_rad
 // apart.
 WindPrimitive primitive_at(const WindPrimitive& primitive, double time_s);

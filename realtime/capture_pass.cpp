@@ -83,9 +83,10 @@ void draw_capture(const CapturePass& pass, const ScenePass& surfaces, const Shad
 
 PlannedPass plan_of(const CapturePass& pass) {
   PlannedPass plan = {.name = "surroundings"};
-  plan.notes.push_back(pass.kind == SceneCapture::cube
-                           ? "the scene around the camera as a cube map, without fog"
-                           : "the scene before the camera, 165 degrees wide, without fog");
+  plan.notes.push_back(
+      pass.kind == SceneCapture::cube
+          ? "the scene around the camera as a cube map, without fog and darkening"
+          : "the scene before the camera, 165 degrees wide, without fog and darkening");
   plan.add("picture", pass.picture);
   plan.add("depth", pass.depth);
   return plan;

@@ -14,7 +14,6 @@
 #include "atlas/atomic_folder.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
-#include "raytrace/drop_motion.h"
 #include "raytrace/streak_geometry.h"
 #include "realtime/background_clip.h"
 #include "realtime/frame_layers.h"
@@ -33,6 +32,8 @@ void check_flags(const ComposeFlags& flags) {
   if (flags.quality.far_streaks > 0)
     throw CLI::ValidationError(
         "--far-streaks", "a few streaks would stand for all; expected 0, as drops are listed");
+  if (!flags.quality.masks.empty())
+    throw CLI::ValidationError("--masks", "refraction needs the scene all round; expected none");
   if (flags.out.empty() && !flags.plan)
     throw CLI::ValidationError("--out", "is required without --plan");
 }
@@ -49,7 +50,7 @@ BackgroundFiles background_files(const ComposeFlags& flags) {
 // A run, and what it has made so far.
 struct Run {
   const ComposeFlags& flags;
-  Scene scene;  // without its surfaces, where drops have the renderer's
+  Scene scene;  // without its surfaces: drops have the renderer's
   const StreakAtlas& atlas;
   RainRenderer& renderer;
   DropNumbers numbers = {};
@@ -95,7 +96,7 @@ std::size_t list_frame(Run& run, DropFiles& files, int k, double time_s, const I
   Scene scene = run.scene;
   scene.camera = camera_at(run.scene, time_s);
   const auto sets = static_cast<int>(run.atlas.layers.size());
-  auto drops = drop_field(scene, run.renderer.rain_space(), sets, time_s);
+  auto drops = run.renderer.drops(sets, time_s);
   for (Drop& drop : drops)  // the number of its set in the database
     drop.oscillation = run.atlas.layers[static_cast<std::size_t>(drop.oscillation)].oscillation;
   const FrameDrops listed = {
@@ -206,6 +207,9 @@ void compose_all(Run& run, BackgroundClip& background, const std::string& folder
     compose_frame(run, folder, k, background.picture(), files, video);
     progress(fmt::format("frame {:04}", k), run.flags.frames ? (k + 1.0) / most : 0);
   }
+  if (run.flags.frames && k < *run.flags.frames && !still)
+    throw std::runtime_error(fmt::format("{}: {} frames; expected {}, as --frames says",
+                                         run.flags.video, k, *run.flags.frames));
   if (video) video->finish();
   append(files, "", particles_xml_tail());
   write_file_plainly(folder + "/compose.json", document(run));
@@ -271,11 +275,8 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   options.over_picture = true;
   RainRenderer renderer(scene, atlas, options);
   if (flags.plan) return plan_text(renderer.plan());
-  // Drops that wind moves by steps meet surfaces on their way; others only know where they end.
-  if (!needs_motion(scene.rain)) {
-    scene.mesh = {};
-    scene.moving.clear();
-  }
+  scene.mesh = {};
+  scene.moving.clear();
   Run run = {.flags = flags, .scene = std::move(scene), .atlas = atlas, .renderer = renderer};
   build_folder_atomically(flags.out, [&](const std::string& temporary) {
     compose_all(run, background, temporary, progress);

@@ -5,7 +5,7 @@
 // A drop counts as shown by the share of 33 x 3 points of its streak (33 instants evenly from
 // shutter-open to shutter-close, or until it hits; centre and both sides, a mean radius off) that
 // lie in the picture and before what stands there. Drops that are not shown at all are not listed.
-// What streaks hide of each other is not looked at.
+// What streaks hide of each other is not looked at, nor the circle of a lens: streaks are in focus.
 #pragma once
 
 #include <map>

@@ -77,10 +77,10 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
   if (scene.lights.size() > most_lights)
     throw std::runtime_error(fmt::format("scene: {} lights; expected at most {} with rain",
                                          scene.lights.size(), most_lights));
-  if (options.look == StreakLook::refraction) return;  // shows drops, too
+  const bool shows_drops = options.look == StreakLook::refraction;
   for (const RainSize& size : all_sizes(scene)) {
     const double least_s = 2 * size.r0_m / size.velocity_m_s.norm();
-    if (scene.camera.exposure_s >= least_s) continue;
+    if (shows_drops || scene.camera.exposure_s >= least_s) continue;
     throw std::runtime_error(fmt::format(
         "scene: camera.exposure_s = {:.6g} s; expected {:.2g} s or more, in which a drop of {:.3g} "
         "mm falls its own diameter: less shows drops, not streaks",

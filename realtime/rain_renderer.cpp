@@ -187,6 +187,15 @@ void RainRenderer::set_wind(const std::vector<WindPrimitive>& primitives) {
   if (state_->wind) change_wind(*state_->wind, primitives);
 }
 
+std::vector<Drop> RainRenderer::drops(int oscillation_count, double time_s) const {
+  const State& state = *state_;
+  if (!state.wind) return drop_field(state.scene, state.space, oscillation_count, time_s);
+  state_->use();
+  DropMotion motion = state.wind->motion;
+  motion.drops = read_moving_drops(*state.wind);
+  return drop_field(state.scene, state.space, oscillation_count, motion, time_s);
+}
+
 const RainSpace& RainRenderer::rain_space() const {
   return state_->space;
 }

@@ -17,6 +17,7 @@
 #include "atlas/atlas_lookup.h"
 #include "atlas/image.h"
 #include "atlas/streak_atlas.h"
+#include "raytrace/drop_field.h"
 #include "raytrace/rain_packets.h"
 #include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
@@ -148,6 +149,10 @@ class RainRenderer {
   // Other wind primitives instead of the scene's: drops that move by steps go on from where they
   // are. For a scene that has some; nothing for another.
   void set_wind(const std::vector<WindPrimitive>& primitives);
+
+  // The drops at the time of the last frame, as raytrace/drop_field.h has them; those that move by
+  // steps as the GPU has moved them. oscillation_count >= 1.
+  std::vector<Drop> drops(int oscillation_count, double time_s) const;
 
   // Where drops are drawn, and in which packets they are looked at; nullptr without rain.
   const RainSpace& rain_space() const;

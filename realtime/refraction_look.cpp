@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <glm/vec2.hpp>
 
+#include "raytrace/drop_motion.h"
+
 namespace pluvia {
 namespace {
 
@@ -19,6 +21,9 @@ void check_options(const Scene& scene, const StreakAtlas& atlas, const RenderOpt
   if (options.capture_px < 16 || options.capture_px > 4096)
     throw std::runtime_error(
         fmt::format("capture_px = {}; expected 16 .. 4096", options.capture_px));
+  if (needs_motion(scene.rain))
+    throw std::runtime_error(
+        "look refraction: drops that wind moves by steps; expected an even wind");
   if (has_circles(scene.camera))
     throw std::runtime_error("look refraction: a lens out of focus; expected a pinhole");
 }
@@ -57,7 +62,8 @@ std::vector<int> sets_of_layers(const RefractionMasks& masks, const StreakAtlas&
   return sets;
 }
 
-// Of each size the nearest diameter and the share of the picture's time that is seen.
+// Of each size the nearest diameter, and the share of its masks' time that a streak shows, as long
+// as oscillations of that radius take. Throws std::runtime_error where they show less.
 std::vector<glm::vec2> mask_sizes(const RefractionMasks& masks, std::vector<GpuRainSize>& sizes) {
   std::vector<glm::vec2> values;
   for (GpuRainSize& size : sizes) {
@@ -65,7 +71,15 @@ std::vector<glm::vec2> mask_sizes(const RefractionMasks& masks, std::vector<GpuR
     const float longer = std::max(size.times.z, 1.0f);  // the picture than the exposure
     size.times.x /= longer;
     size.times.z /= longer;
-    values.emplace_back(nearest_diameter(masks, r0_m), 1 / longer);
+    const auto diameter = static_cast<std::size_t>(nearest_diameter(masks, r0_m));
+    const double slower = std::pow(2e6 * r0_m / masks.diameters_um[diameter], 1.5);
+    const double shown_s = masks.durations_s[diameter] * slower;
+    const double share = static_cast<double>(size.times.x) / shown_s;
+    if (share > 1 + 1e-5)
+      throw std::runtime_error(fmt::format(
+          "masks: {:.4g} s of a drop of {:.3g} mm; expected {:.4g} s or more, as the atlas shows",
+          shown_s, 2e3 * r0_m, size.times.x));
+    values.emplace_back(diameter, share);
   }
   return values;
 }

@@ -93,6 +93,8 @@ RenderOptions render_options(const QualityFlags& flags) {
 
 StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags) {
   StreakAtlas atlas = read_atlas(folder);
+  if (!flags.masks.empty() && flags.look != "refraction")
+    throw CLI::ValidationError("--masks", "the look has none; expected --look refraction");
   if (!flags.masks.empty()) atlas.masks = read_refraction_masks(flags.masks);
   return atlas;
 }

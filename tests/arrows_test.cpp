@@ -177,6 +177,25 @@ TEST(Arrows, NoSourceIncludesAgainstThem) {
   for (const auto& [module, others] : allowed) EXPECT_EQ(seen.count(module), 1u) << module;
 }
 
+// Two types of one name are one to the linker, which keeps the templates of either.
+TEST(Arrows, NoTypeOfAHeaderHasTheNameOfAnother) {
+  const std::filesystem::path root(PLUVIA_SOURCE_DIR);
+  const std::regex type("(^|\n)(struct|class|enum class) ([A-Z][A-Za-z0-9]*)[^;\n]*\\{");
+  std::map<std::string, std::string> homes;
+  for (const char* folder : {"oscillation", "atlas", "raytrace", "realtime", "validate"}) {
+    for (const auto& file : std::filesystem::recursive_directory_iterator(root / folder)) {
+      if (file.path().extension() != ".h") continue;
+      const std::string text = contents(file.path());
+      const std::string name = file.path().lexically_relative(root).generic_string();
+      for (std::sregex_iterator i(text.begin(), text.end(), type), end; i != end; ++i) {
+        const auto [home, is_new] = homes.emplace((*i)[3].str(), name);
+        EXPECT_TRUE(is_new) << (*i)[3] << " is in " << home->second << " and in " << name;
+      }
+    }
+  }
+  EXPECT_GT(homes.size(), 200u);
+}
+
 TEST(Arrows, NoTargetLinksAgainstThem) {
   const std::filesystem::path root(PLUVIA_SOURCE_DIR);
   std::vector<std::string> found;

@@ -297,6 +297,8 @@ TEST(DepthPicture, IsInMetresWithAnInfiniteSky) {
   EXPECT_EQ(read_depth(folder / "depth.exr", 0).values, depth_m.values);
   write_file_plainly(folder / "depth.png", gray_png_bytes({2, 1, {384, 65535}}));
   EXPECT_EQ(read_depth(folder / "depth.png", 1 / 256.0).values, depth_m.values);
+  std::filesystem::rename(folder / "depth.png", folder / "depth2.PNG");
+  EXPECT_EQ(read_depth(folder / "depth2.PNG", 1 / 256.0).values, depth_m.values);
 }
 
 TEST(DepthPicture, IsRefusedWhereItIsNoDepth) {
@@ -315,6 +317,8 @@ TEST(DepthPicture, IsRefusedWhereItIsNoDepth) {
   EXPECT_THAT(message_of([&] { read_depth(folder / "zero.png", 0); }),
               HasSubstr("--depth-scale-m"));
   EXPECT_THAT(message_of([&] { read_depth(folder / "none.exr", 0); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of([&] { read_depth(folder / "bad.exr", 1e-3); }),
+              HasSubstr("bad.exr: has metres of its own; expected no --depth-scale-m"));
 }
 
 TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
@@ -340,6 +344,7 @@ TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
   refused("picture.png", "depth.exr", "--video v.mp4", 2, "expected one of them");
   refused("picture.png", "depth.exr", "--far-streaks 4", 2, "--far-streaks");
   refused("picture.png", "depth.exr", "--mask-coverage nan", 2, "--mask-coverage");
+  refused("picture.png", "depth.exr", "--masks m", 2, "--masks: refraction needs the scene");
   refused("none.png", "depth.exr", "", 1, "none.png: cannot read: ");
   refused("picture.png", "none.exr", "", 1, "none.exr: cannot read: no such file");
   refused("small.exr", "depth.exr", "", 1,
@@ -350,6 +355,8 @@ TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
   make_folder(inputs.folder / "two");
   write_depth(inputs.folder / "two/a.exr", inputs.depth_m);
   write_depth(inputs.folder / "two/b.exr", inputs.depth_m);
+  refused("", "depth.exr", "--frames 3 --video " + inputs.folder.path() + "/picture.png", 1,
+          "picture.png: 1 frames; expected 3, as --frames says");
   refused("two", "depth.exr", "", 1, "two: 2 pictures; expected one, or --video");
   refused("picture.png", "two", "", 1, "two: 2 depths; expected one for all frames");
   make_folder(inputs.folder / "there");

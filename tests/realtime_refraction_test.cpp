@@ -252,6 +252,21 @@ TEST(Refraction, WhatItCannotDoIsRefused) {
   scene.camera.depth_of_field = {.aperture_m = 0.02, .focus_m = 1};
   EXPECT_EQ(refusal(scene, masked_atlas(), refracting()),
             "look refraction: a lens out of focus; expected a pinhole");
+  options = refracting();
+  options.finest_level = 99;
+  EXPECT_NE(refusal(one_drop(), masked_atlas(), options).find("finest_level = 99"),
+            std::string::npos);
+  scene = one_drop();
+  scene.rain.sizes = {{.drops_per_m3 = 1}};
+  scene.rain.box_min_m = {-1, 1, -1};
+  scene.rain.box_max_m = {1, 3, 1};
+  scene.rain.wind = {{.kind = WindKind::vortex, .strength = 1}};
+  EXPECT_EQ(refusal(scene, masked_atlas(), refracting()),
+            "look refraction: drops that wind moves by steps; expected an even wind");
+  StreakAtlas brief = masked_atlas();
+  brief.masks.durations_s.front() /= 2;
+  EXPECT_EQ(refusal(one_drop(), brief, refracting()).substr(0, 36),
+            "masks: 0.008333 s of a drop of 3.2 m");
   StreakAtlas few = masked_atlas();
   few.masks.oscillations.back() = 77;
   EXPECT_EQ(refusal(one_drop(), few, refracting()),
@@ -266,6 +281,7 @@ TEST(Refraction, MasksAreReadAsTheyWereWritten) {
   EXPECT_EQ(read.exits.values, masks.exits.values);
   EXPECT_EQ(read.outlines.values, masks.outlines.values);
   EXPECT_EQ(read.diameters_um, masks.diameters_um);
+  EXPECT_EQ(read.durations_s, masks.durations_s);
   EXPECT_EQ(read.view_elevations_deg, masks.view_elevations_deg);
   // A masks.exr that does not belong to its table.
   write_refraction_masks(folder / "others", masks_of({.size_px = 8, .view_elevations_deg = {0}}));

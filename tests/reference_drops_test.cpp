@@ -20,12 +20,12 @@ TEST(ReferenceDrops, EmbreeFindsWhateverTheDropItselfIsMetBy) {
     list.push_back(falling_drop(scene, at, {1, -2, -8}, i % 10, 5e-4 + 1e-3 * random.next()));
     list.back().id = static_cast<std::uint64_t>(i);
   }
-  const MovingDrops drops = moving_drops(scene, list, gn2006_preset());
+  const FallingDrops drops = moving_drops(scene, list, gn2006_preset());
   ASSERT_EQ(drops.drops.size(), 400u);
   const DropGeometry geometry(drops);
   int met = 0;
   for (int i = 0; i < 4000; ++i) {
-    const MovingDrop& aim = drops.drops[static_cast<std::size_t>(i % 400)];
+    const FallingDrop& aim = drops.drops[static_cast<std::size_t>(i % 400)];
     Moment moment(drops, drops.exposure_s * random.next());
     const Eigen::Vector3d off(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5);
     const Ray ray = {{0, 0, 0},
@@ -52,7 +52,7 @@ TEST(ReferenceDrops, EmbreeFindsWhateverTheDropItselfIsMetBy) {
 TEST(ReferenceDrops, OneMillimetreAtFiftyMetresIsMetWithoutError) {
   // In double, from its own frame: the surface of a sphere is hit to 1e-12 of the distance.
   const Scene scene = dark_scene(16, 16, {1e4, 1e4, 1e3});
-  const MovingDrops drops =
+  const FallingDrops drops =
       moving_drops(scene, {falling_drop(scene, {3, 50, -2}, {0, 0, -4}, 0, 5e-4)}, gn2006_preset());
   const DropGeometry geometry(drops);
   Moment moment(drops, 0.01);
@@ -78,7 +78,7 @@ TEST(ReferenceDrops, ADropEndsWhereItHitsAndOnesInTheLensOrALampAreLeftOut) {
   hits.hit_time_s = 0.004;
   Drop gone = hits;
   gone.hit_time_s = -1;
-  const MovingDrops drops = moving_drops(
+  const FallingDrops drops = moving_drops(
       scene, {hits, gone, falling_drop(scene, {0, 0.05, 0.1}), falling_drop(scene, {0, 5, 0})},
       gn2006_preset());
   ASSERT_EQ(drops.drops.size(), 1u);

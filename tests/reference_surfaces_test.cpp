@@ -93,7 +93,7 @@ TEST(ReferenceSurfaces, OnlyALightWithShadowIsStoppedUnlessAllAre) {
     scene.lights[0].shadow = shadow;
     const auto made = reference_scene(scene, {}, {.all_shadows = all});
     // From below the roof: the camera's own ray would stop at it.
-    SurfacePoint point = {.position_m = {x, 3, -2}, .material = {.base_color = {1, 1, 1}}};
+    MetSurface point = {.position_m = {x, 3, -2}, .material = {.base_color = {1, 1, 1}}};
     CounterRandom random({1});
     return surface_radiance(*made, point, random).x() > 0;
   };

@@ -122,6 +122,21 @@ TEST(WindField, ATornadoDrawsAirInBelowAndLetsItOutAbove) {
   EXPECT_GT(wind_of(tornado, {0.1, 0, 5}).z(), 1);
   EXPECT_EQ(wind_of(tornado, {0.1, 0, 0}).z(), 0);
   EXPECT_EQ(wind_of(tornado, {0.1, 0, 11}).z(), 0);
+  WindPrimitive other_way = tornado;
+  other_way.strength = -30;
+  EXPECT_EQ(wind_of(other_way, {2, 0, 5}).y(), -wind_of(tornado, {2, 0, 5}).y());
+  EXPECT_EQ(wind_of(other_way, {0.1, 0, 5}).z(), wind_of(tornado, {0.1, 0, 5}).z());
+}
+
+// A smooth way through the keys would overshoot: 127 m/s after the second.
+TEST(WindField, StrengthStaysBetweenThatOfItsKeys) {
+  WindPrimitive wind = {.kind = WindKind::uniform};
+  wind.path = {{.time_s = 0, .strength = -100},
+               {.time_s = 1, .strength = 100},
+               {.time_s = 10, .strength = 100}};
+  EXPECT_EQ(primitive_at(wind, 0.5).strength, 0);
+  for (double time_s = 1; time_s < 11; time_s += 0.5)
+    EXPECT_EQ(primitive_at(wind, time_s).strength, 100);
 }
 
 TEST(WindField, NoPlaceIsFasterThanThePrimitiveSays) {

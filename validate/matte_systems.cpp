@@ -33,7 +33,7 @@ SparseMatrix without(const SparseMatrix& a, const std::vector<bool>& held) {
 
 // The gradient with 0 where a value lies on a bound and would leave it.
 Eigen::VectorXd free_gradient(const Eigen::VectorXd& gradient, const Eigen::VectorXd& x,
-                              const Bounds& bounds, std::vector<bool>& held) {
+                              const MatteBounds& bounds, std::vector<bool>& held) {
   Eigen::VectorXd free = gradient;
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const bool leaves =
@@ -45,7 +45,7 @@ Eigen::VectorXd free_gradient(const Eigen::VectorXd& gradient, const Eigen::Vect
 }
 
 // One step; false where q does not fall.
-bool step_down(const SparseMatrix& a, const Eigen::VectorXd& b, const Bounds& bounds,
+bool step_down(const SparseMatrix& a, const Eigen::VectorXd& b, const MatteBounds& bounds,
                Eigen::VectorXd& x) {
   const Eigen::VectorXd gradient = a * x - b;
   std::vector<bool> held(static_cast<std::size_t>(x.size()));
@@ -118,7 +118,7 @@ double quadratic(const SparseMatrix& m, const Eigen::VectorXd& x) {
   return x.dot(m * x);
 }
 
-void descend(const SparseMatrix& a, const Eigen::VectorXd& b, const Bounds& bounds, int steps,
+void descend(const SparseMatrix& a, const Eigen::VectorXd& b, const MatteBounds& bounds, int steps,
              Eigen::VectorXd& x) {
   for (int step = 0; step < steps; ++step) {
     if (!step_down(a, b, bounds, x)) return;

@@ -24,7 +24,7 @@ SparseMatrix fall_energy(int width, int height, double lean_deg);
 // x' M x.
 double quadratic(const SparseMatrix& m, const Eigen::VectorXd& x);
 
-struct Bounds {
+struct MatteBounds {
   double low = 0, high = 0;  // low <= high; may be infinite
 };
 
@@ -35,7 +35,7 @@ struct Bounds {
 // Jacobi's preconditioner, to 1e-3 of the gradient), cut to the bounds, and half as far until q
 // falls by 1e-4 of what the gradient promises. q never rises; where no step makes it fall, x stays.
 // A: symmetric, positive semidefinite.
-void descend(const SparseMatrix& a, const Eigen::VectorXd& b, const Bounds& bounds, int steps,
+void descend(const SparseMatrix& a, const Eigen::VectorXd& b, const MatteBounds& bounds, int steps,
              Eigen::VectorXd& x);
 
 }  // namespace pluvia

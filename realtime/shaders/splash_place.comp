@@ -68,6 +68,9 @@ bool find_hit(uint group_number, uint place_in_group, out Hit hit) {
 #endif
 #if MOTION
   vec3 moved = hit.place_m - group.corner_m.xyz;
+  // Drops that end at a wall or inside a solid throw nothing up.
+  float above_m = group.corner_top.z + moved.z - surface_m(size, group.corner_top.xy + moved.xy);
+  if (group.what.y < 0 && abs(above_m) > 0.1) return false;
 #else
   vec3 moved = drop.centre_m - group.corner_m.xyz;
 #endif
