@@ -92,8 +92,6 @@ std::vector<Model> models_of(Judge& judge, bool quick) {
                          {.path = RainPath::billboards_2010, .lookup = LookupMode::nearest}));
   models.push_back(model("billboards of 2010", "billboards, view-linear", "",
                          {.path = RainPath::billboards_2010}));
-  models.push_back(model("billboards of 2010", "billboards, trilinear", "",
-                         {.path = RainPath::billboards_2010, .lookup = LookupMode::trilinear}));
   return models;
 }
 
