@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "realtime/group_passes.h"
 #include "realtime/shader.h"
 
 namespace pluvia {
@@ -59,7 +60,7 @@ BlurPass make_blur_pass(const Blur& blur, const ScenePass& surfaces) {
 std::string draw_blur(const BlurPass& pass, const ScenePass& surfaces) {
   if (pass.sigma_px < least_sigma_px) return "it is narrower than a pixel";
   glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, weights_at, pass.weights.id());
+  bind_storage(weights_at, pass.weights);
   glBindImageTexture(color_at, surfaces.color.id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
   glBindImageTexture(across_at, pass.across.id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
   run(pass.rows, surfaces);

@@ -57,7 +57,7 @@ double late_s(const WindPass& pass, double time_s);
 
 PlannedPass plan_of(const WindPass& pass);
 
-// What the shader has made of the drops, for the test against move_drops.
+// What the shader has made of the drops.
 std::vector<MovingDrop> read_moving_drops(const WindPass& pass);
 
 }  // namespace pluvia

@@ -50,14 +50,6 @@ struct FrameJudge {
   }
 };
 
-// A background with rain before it, so many times as strong as it is.
-Image with_rain(const Image& background, const Image& rain, float gain) {
-  Image sum = background;
-  for (std::size_t i = 0; i < sum.values.size(); ++i)
-    sum.values[i] = std::max(0.0f, sum.values[i] + gain * rain.values[i]);
-  return sum;
-}
-
 void add_pictures(const FrameJudge& judge, const Frame& frame, Report& report) {
   constexpr float gain = 8;
   const double white = judge.scene.camera.white_cd_m2;

@@ -256,6 +256,13 @@ ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
   return frame;
 }
 
+Image with_rain(const Image& background, const Image& rain, float gain) {
+  Image sum = background;
+  for (std::size_t i = 0; i < sum.values.size(); ++i)
+    sum.values[i] = std::max(0.0f, sum.values[i] + gain * rain.values[i]);
+  return sum;
+}
+
 Distance frame_distance(const Image& rain, const ReferenceFrame& truth) {
   Distance distance = beyond_noise(noisy_error(rain, truth.rain, truth.variance));
   double ours = 0, sum = 0, variance = 0;

@@ -60,6 +60,10 @@ ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                const ReferenceOptions& options, const Preset& preset,
                                double samples_per_px, int passes);
 
+// A background with a layer of rain over it, so many times as strong as it is; 0 where that is
+// below.
+Image with_rain(const Image& background, const Image& rain, float gain);
+
 // Rain layer of a real-time frame against it, pixel by pixel, less the noise; sum: of all light.
 Distance frame_distance(const Image& rain, const ReferenceFrame& truth);
 

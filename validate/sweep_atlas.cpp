@@ -36,6 +36,10 @@ struct Reading {
   enum class Form { floats, halves, bytes } form = Form::floats;
 };
 
+bool as_traced(const Reading& reading) {
+  return reading.level == 0 && reading.form == Reading::Form::floats;
+}
+
 struct Setting {
   SweepPoint point = {};
   std::size_t grid = 0;
@@ -173,14 +177,13 @@ struct Plan {
 void add_setting(const Preset& preset, const std::string& series, const std::string& name,
                  const Reading& reading, Plan& plan) {
   const Grid& grid = plan.grids.back();
-  const bool offered = reading.level == 0 && reading.form == Reading::Form::floats;
   plan.settings.push_back(
       {.point = {.series = series,
                  .setting = fmt::format("{}, {}: {}", name, lookup_name(reading.mode),
                                         megabytes(preset, grid, reading)),
-                 .flags = offered ? fmt::format("{}; pluvia render --lookup {}", keys_of(grid),
-                                                lookup_name(reading.mode))
-                                  : ""},
+                 .flags = as_traced(reading) ? fmt::format("{}; pluvia render --lookup {}",
+                                                           keys_of(grid), lookup_name(reading.mode))
+                                             : ""},
        .grid = plan.grids.size() - 1,
        .reading = reading});
 }
@@ -246,14 +249,15 @@ void finish(const Truth& truth, const Preset& preset,
             Setting& setting) {
   const Grid& grid = plan.grids[setting.grid];
   std::vector<double> times = grid_times[setting.grid];
-  PictureGrid pictures;
-  const auto forming =
-      time_interleaved({[&](int) { pictures = kept(grid.pictures, setting.reading); }},
-                       static_cast<int>(times.size()));
-  const bool formed = setting.reading.level > 0 || setting.reading.form != Reading::Form::floats;
-  for (std::size_t i = 0; i < times.size() && formed; ++i) times[i] += forming[0][i];
+  PictureGrid formed;
+  if (!as_traced(setting.reading)) {
+    const auto forming =
+        time_interleaved({[&](int) { formed = kept(grid.pictures, setting.reading); }},
+                         static_cast<int>(times.size()));
+    for (std::size_t i = 0; i < times.size(); ++i) times[i] += forming[0][i];
+  }
   set_times(times, setting.point);
-  set_errors(truth, preset.width_px, pictures, setting);
+  set_errors(truth, preset.width_px, as_traced(setting.reading) ? grid.pictures : formed, setting);
 }
 
 std::string text_of(const Preset& preset, const Truth& truth, bool quick) {

@@ -1,4 +1,4 @@
-#include <filesystem>
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -102,9 +102,7 @@ void judge_model(Judge& judge, Model& model) {
   // What cannot be told from none is told as a bound.
   model.point.error = distance.relative_rmse > 0 ? distance.relative_rmse : distance.standard_error;
   model.point.standard_error = distance.standard_error;
-  Image truth = frame.background;
-  for (std::size_t i = 0; i < truth.values.size(); ++i)
-    truth.values[i] = std::max(0.0F, truth.values[i] + judge.truth.rain.values[i]);
+  const Image truth = with_rain(frame.background, judge.truth.rain, 1);
   const double white = judge.scene.camera.white_cd_m2;
   const double flip = ldr_flip(cut_to_screen(truth, white), cut_to_screen(frame.color, white)).mean;
   const double hidden = hidden_light(judge.truth, frame.background);
@@ -128,7 +126,9 @@ void time_models(const SweepInputs& inputs, const Progress& progress, Judge& jud
   }
 }
 
-SweepCurve sweep_scene(const std::string& kind, const std::string& what, const Scene& scene,
+using MakeScene = Scene (*)(const StreakAtlas& atlas, const std::string& data_folder);
+
+SweepCurve sweep_scene(const std::string& kind, const std::string& what, MakeScene make_scene,
                        const SweepInputs& inputs, const Progress& progress) {
   const Preset preset = read_preset(inputs.preset_file);
   StreakAtlas atlas = read_atlas(inputs.atlas_folder);
@@ -139,8 +139,8 @@ SweepCurve sweep_scene(const std::string& kind, const std::string& what, const S
                              "20 and 40 degrees, 74 lights and a sky");
   }
   if (progress) progress("reference", 0);
+  const Scene scene = make_scene(atlas, inputs.data_folder);
   Judge judge = {.atlas = atlas, .scene = scene};
-  judge.scene.camera.exposure_s = atlas.exposure_s;
   judge.truth = reference_frame(judge.scene, atlas, reference_options(preset), preset,
                                 inputs.quick ? 100 : 1000, inputs.quick ? 6 : 12);
   std::vector<Model> models = models_of(judge, inputs.quick);
@@ -173,15 +173,11 @@ SweepCurve sweep_scene(const std::string& kind, const std::string& what, const S
 }  // namespace
 
 SweepCurve sweep_models_by_day(const SweepInputs& inputs, const Progress& progress) {
-  return sweep_scene("day", "under a city's sky and a sun",
-                     small_frame(read_atlas(inputs.atlas_folder), inputs.data_folder), inputs,
-                     progress);
+  return sweep_scene("day", "under a city's sky and a sun", small_frame, inputs, progress);
 }
 
 SweepCurve sweep_models_at_night(const SweepInputs& inputs, const Progress& progress) {
-  return sweep_scene("night", "under three lamps",
-                     small_night_frame(read_atlas(inputs.atlas_folder), inputs.data_folder), inputs,
-                     progress);
+  return sweep_scene("night", "under three lamps", small_night_frame, inputs, progress);
 }
 
 }  // namespace pluvia
