@@ -33,6 +33,8 @@ struct WindKey {
   Eigen::Vector3d position_m = {0, 0, 0};
   Eigen::Vector3d axis = {0, 0, 1};  // unit
   double strength = 0;               // as that of the primitive
+
+  bool operator==(const WindKey&) const = default;
 };
 
 struct WindPrimitive {
@@ -44,6 +46,8 @@ struct WindPrimitive {
   double core_radius_m = 1;        // c > 0
   double height_m = 10;            // of a tornado: h > 0
   std::vector<WindKey> path = {};  // ascending times; empty: steady
+
+  bool operator==(const WindPrimitive&) const = default;
 };
 
 constexpr double widest_turn_rad = 2.967;  // 170 degrees

@@ -255,9 +255,6 @@ void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUn
   }
 }
 
-namespace {
-
-// A group for every `most` of the items.
 void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t most,
                std::vector<GpuDropGroup>& groups) {
   for (std::uint32_t first = 0; first < items; first += most) {
@@ -266,6 +263,8 @@ void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t mos
     groups.back().drops.w = std::min(most, items - first);
   }
 }
+
+namespace {
 
 void add_single_groups(const Scene& scene, const RainSpace& space,
                        const std::vector<GpuRainSize>& sizes, int oscillation_count, double time_s,

@@ -112,6 +112,10 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
                                       const std::vector<GpuRainSize>& sizes, int oscillation_count,
                                       double time_s, int group_size, double far_streaks);
 
+// A group for every `most` of the items: its first, and how many.
+void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t most,
+               std::vector<GpuDropGroup>& groups);
+
 // Of drops that move by steps: those of every group from `first` of the size on.
 GpuDropGroup moving_group(const RainSpace& space, const DropMotion& motion, int size,
                           const Eigen::Vector3d& camera_m);

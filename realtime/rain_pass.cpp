@@ -68,13 +68,6 @@ enum TextureUnit : GLuint {
 
 ShaderDefines defines(bool shadows, const RainPass& pass) {
   ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
-                       {"DENSITY", pass.densities.id() ? "1" : "0"},
-                       {"MOTION", pass.wind ? "1" : "0"},
-                       {"DROPS", pass.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
-                       {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
-                       {"LENS", pass.lens ? "1" : "0"},
-                       {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
-                       {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
                        {"TAPS", std::to_string(pass.taps)},
                        {"VIEW_TAPS", std::to_string(pass.view_taps)},
                        {"SKY_CELLS", std::to_string(pass.sky_cells)},
@@ -90,6 +83,7 @@ ShaderDefines defines(bool shadows, const RainPass& pass) {
                        {"BILLBOARD_LIGHTS", std::to_string(most_billboard_lights)},
                        {"SPLAT_LIGHTS", std::to_string(splat_lights)},
                        {"SPLAT_STEPS", std::to_string(splat_steps)}};
+  all.merge(drop_defines(pass));
   all.merge(look_defines(pass.look));
   if (pass.refraction) all.merge(ShaderDefines(pass.refraction->defines));
   const std::pair<const char*, GLuint> bindings[] = {
@@ -472,6 +466,16 @@ void draw_rain(const RainPass& pass) {
   const int instances = (pass.uniforms.sizes.w + quads_per_instance - 1) / quads_per_instance;
   glDrawElementsInstanced(GL_TRIANGLES, 6 * quads_per_instance, GL_UNSIGNED_INT, nullptr,
                           instances);
+}
+
+ShaderDefines drop_defines(const RainPass& pass) {
+  return {{"DENSITY", pass.densities.id() ? "1" : "0"},
+          {"MOTION", pass.wind ? "1" : "0"},
+          {"DROPS", pass.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
+          {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
+          {"LENS", pass.lens ? "1" : "0"},
+          {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
+          {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)}};
 }
 
 PlannedPass plan_of(const RainPass& pass) {

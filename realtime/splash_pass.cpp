@@ -37,48 +37,38 @@ enum Binding : GLuint {
 };
 
 ShaderDefines defines(bool place, const RainPass& rain, const ShadowPass& shadows) {
-  return {{"PLACE", place ? "1" : "0"},
-          {"SHADOWS", place && !shadows.empty() ? "1" : "0"},
-          {"LENS", rain.lens ? "1" : "0"},
-          {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
-          {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)},
-          {"DENSITY", rain.densities.id() ? "1" : "0"},
-          {"MOTION", rain.wind ? "1" : "0"},
-          {"DROPS", rain.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
-          {"MOVING_DROPS", std::to_string(moving_drops_at)},
-          {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
-          {"GROUP_SIZE", std::to_string(group_size)},
-          {"DROPS_OF_GROUP", std::to_string(group_size)},
-          {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
-          {"NEAR_M", std::to_string(near_m)},
-          {"SPLASH_VARIANTS", std::to_string(splash_variants)},
-          {"CROWN_BEADS", std::to_string(crown_beads)},
-          {"MOST_DROPLETS", std::to_string(most_splash_droplets)},
-          {"SPLASH_DRIFT", std::to_string(splash_drift)},
-          {"RAIN_UNIFORMS", std::to_string(rain_uniforms_at)},
-          {"SPLASH_UNIFORMS", std::to_string(uniforms_at)},
-          {"RAIN_SIZES", std::to_string(sizes_at)},
-          {"SPLASH_SIZES", std::to_string(splash_sizes_at)},
-          {"SPLASH_PARTS", std::to_string(parts_at)},
-          {"DROP_GROUPS", std::to_string(groups_at)},
-          {"GROUP_STARTS", std::to_string(group_starts_at)},
-          {"HITS", std::to_string(hits_at)},
-          {"STROKES", std::to_string(strokes_at)},
-          {"LIGHTS", std::to_string(lights_at)},
-          {"TOP_HEIGHTS", std::to_string(top_heights_at)},
-          {"DENSITIES", std::to_string(densities_at)},
-          {"PHASE", std::to_string(phase_at)},
-          {"SHADOW_VIEWS", std::to_string(shadow_views_at)},
-          {"SHADOW_MAPS", std::to_string(shadow_maps_at)}};
+  ShaderDefines all = {{"PLACE", place ? "1" : "0"},
+                       {"SHADOWS", place && !shadows.empty() ? "1" : "0"},
+                       {"MOVING_DROPS", std::to_string(moving_drops_at)},
+                       {"GROUP_SIZE", std::to_string(group_size)},
+                       {"DROPS_OF_GROUP", std::to_string(group_size)},
+                       {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
+                       {"NEAR_M", std::to_string(near_m)},
+                       {"SPLASH_VARIANTS", std::to_string(splash_variants)},
+                       {"CROWN_BEADS", std::to_string(crown_beads)},
+                       {"MOST_DROPLETS", std::to_string(most_splash_droplets)},
+                       {"SPLASH_DRIFT", std::to_string(splash_drift)},
+                       {"RAIN_UNIFORMS", std::to_string(rain_uniforms_at)},
+                       {"SPLASH_UNIFORMS", std::to_string(uniforms_at)},
+                       {"RAIN_SIZES", std::to_string(sizes_at)},
+                       {"SPLASH_SIZES", std::to_string(splash_sizes_at)},
+                       {"SPLASH_PARTS", std::to_string(parts_at)},
+                       {"DROP_GROUPS", std::to_string(groups_at)},
+                       {"GROUP_STARTS", std::to_string(group_starts_at)},
+                       {"HITS", std::to_string(hits_at)},
+                       {"STROKES", std::to_string(strokes_at)},
+                       {"LIGHTS", std::to_string(lights_at)},
+                       {"TOP_HEIGHTS", std::to_string(top_heights_at)},
+                       {"DENSITIES", std::to_string(densities_at)},
+                       {"PHASE", std::to_string(phase_at)},
+                       {"SHADOW_VIEWS", std::to_string(shadow_views_at)},
+                       {"SHADOW_MAPS", std::to_string(shadow_maps_at)}};
+  all.merge(drop_defines(rain));
+  return all;
 }
 
 void add_groups(SplashPass& pass, const GpuDropGroup& group, std::uint32_t drops) {
-  constexpr std::uint32_t most = group_size;
-  for (std::uint32_t first = 0; first < drops; first += most) {
-    pass.groups.push_back(group);
-    pass.groups.back().drops.z = first;
-    pass.groups.back().drops.w = std::min(most, drops - first);
-  }
+  add_split(group, drops, group_size, pass.groups);
 }
 
 // The drops of a slab's cells that may splash in view: a size of its own for the shader.

@@ -100,18 +100,6 @@ void take_steps(const WindPass& pass, long steps) {
   }
 }
 
-bool same_key(const WindKey& a, const WindKey& b) {
-  return a.time_s == b.time_s && a.position_m == b.position_m && a.axis == b.axis &&
-         a.strength == b.strength;
-}
-
-bool same_primitive(const WindPrimitive& a, const WindPrimitive& b) {
-  return a.kind == b.kind && a.position_m == b.position_m && a.axis == b.axis &&
-         a.strength == b.strength && a.inflow == b.inflow && a.core_radius_m == b.core_radius_m &&
-         a.height_m == b.height_m &&
-         std::equal(a.path.begin(), a.path.end(), b.path.begin(), b.path.end(), same_key);
-}
-
 }  // namespace
 
 WindPass make_wind_pass(const Scene& scene) {
@@ -151,9 +139,7 @@ std::string step_wind(WindPass& pass, double time_s) {
 }
 
 void change_wind(WindPass& pass, const std::vector<WindPrimitive>& primitives) {
-  if (std::equal(primitives.begin(), primitives.end(), pass.motion.wind.primitives.begin(),
-                 pass.motion.wind.primitives.end(), same_primitive))
-    return;
+  if (primitives == pass.motion.wind.primitives) return;
   pass.motion.wind.primitives = primitives;
   pass.motion.stage = -1;
 }

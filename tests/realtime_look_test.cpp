@@ -21,6 +21,7 @@
 #include "realtime/rain_look.h"
 #include "realtime/rain_renderer.h"
 #include "tests/evening_sky.h"
+#include "tests/frame_light.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
@@ -60,19 +61,6 @@ Light sun_at(double angle_rad) {
   return sun;
 }
 
-double covered(const Frame& frame) {
-  double sum = 0;
-  for (const float tau : frame.rain_tau.values) sum -= std::expm1(-static_cast<double>(tau));
-  return sum;
-}
-
-double light(const Frame& frame, int channel) {
-  double sum = 0;
-  for (std::size_t i = static_cast<std::size_t>(channel); i < frame.rain.values.size(); i += 3)
-    sum += static_cast<double>(frame.rain.values[i]);
-  return sum;
-}
-
 // Mean radiance of what is covered. walked: by rain_splat.comp; else as quads.
 Eigen::Vector3d brightness(const Scene& scene, RenderOptions options, bool walked) {
   options.widest_splat_px = walked ? 16 : 0;
@@ -80,7 +68,7 @@ Eigen::Vector3d brightness(const Scene& scene, RenderOptions options, bool walke
   EXPECT_EQ(renderer.streak_records(0).streaks.empty(), walked);
   const Frame frame = renderer.render(0);
   EXPECT_EQ(frame.streaks_in_view, 1);
-  return Eigen::Vector3d(light(frame, 0), light(frame, 1), light(frame, 2)) / covered(frame);
+  return brightness(frame);
 }
 
 // Quads: floats, whose sums go down a table of coverage: 1e-5. Walked: 100 pixels are rounded to

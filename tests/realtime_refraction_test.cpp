@@ -17,6 +17,7 @@
 #include "realtime/rain_renderer.h"
 #include "realtime/refraction_look.h"
 #include "tests/evening_sky.h"
+#include "tests/frame_light.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
@@ -66,23 +67,6 @@ Scene one_drop(int oscillation = 0) {
   scene.drops = {{.centre_m = Eigen::Vector3d(0.001, 3, 0) - Eigen::Vector3d(0, 0, -8.49 / 120),
                   .oscillation = oscillation}};
   return scene;
-}
-
-double covered(const Frame& frame) {
-  double sum = 0;
-  for (const float tau : frame.rain_tau.values) sum -= std::expm1(-static_cast<double>(tau));
-  return sum;
-}
-
-double light(const Frame& frame, int channel) {
-  double sum = 0;
-  for (std::size_t i = static_cast<std::size_t>(channel); i < frame.rain.values.size(); i += 3)
-    sum += static_cast<double>(frame.rain.values[i]);
-  return sum;
-}
-
-Eigen::Vector3d brightness(const Frame& frame) {
-  return Eigen::Vector3d(light(frame, 0), light(frame, 1), light(frame, 2)) / covered(frame);
 }
 
 TEST(Refraction, UnderAUniformSkyADropIsAsBrightAsTheSky) {

@@ -9,6 +9,7 @@
 #include "raytrace/droplet_light.h"
 #include "raytrace/splash_space.h"
 #include "realtime/rain_renderer.h"
+#include "tests/frame_light.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 
@@ -170,16 +171,12 @@ TEST(RealtimeSplash, PixelsHoldExactlyTheAreaOfTheStrokes) {
     const auto strokes = renderer.splash_strokes(time_s);
     ASSERT_FALSE(strokes.empty());
     const Frame frame = renderer.render(time_s);
-    double covered_px = 0, light = 0, expected_light = 0;
-    for (const float tau : frame.rain_tau.values)
-      covered_px -= std::expm1(-static_cast<double>(tau));
-    for (std::size_t i = 0; i < frame.rain.values.size(); i += 3)
-      light += static_cast<double>(frame.rain.values[i]);
+    double expected_light = 0;
     for (const StrokeRecord& stroke : strokes)
       expected_light += static_cast<double>(stroke.area_px * stroke.radiance.x);
     // Strokes over each other hide each other: second order in a coverage of a few hundredths.
-    EXPECT_NEAR(covered_px / area_of(strokes), 1, 0.02) << time_s;
-    EXPECT_NEAR(light / expected_light, 1, 0.03) << time_s;
+    EXPECT_NEAR(covered(frame) / area_of(strokes), 1, 0.02) << time_s;
+    EXPECT_NEAR(light(frame, 0) / expected_light, 1, 0.03) << time_s;
   }
 }
 

@@ -16,6 +16,7 @@
 #include "raytrace/streak_placement.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
+#include "tests/frame_light.h"
 #include "tests/realtime_fixture.h"
 #include "tests/temporary_folder.h"
 #include "validate/frame_composite.h"
@@ -96,9 +97,7 @@ double brightness(const Scene& scene, StreakLook look) {
   RenderOptions options = {.widest_splat_px = 0, .look = look};
   if (look == StreakLook::sphere_published) options.background_share = 0;
   const Frame frame = RainRenderer(scene, traced_atlas(), options).render(0);
-  double covered = 0;
-  for (const float tau : frame.rain_tau.values) covered -= std::expm1(-static_cast<double>(tau));
-  return flux(frame.rain).sum / covered;
+  return flux(frame.rain).sum / covered(frame);
 }
 
 TEST(TracedSky, AnEvenSkyShinesThroughATracedSphereAsThroughAModelOfOne) {

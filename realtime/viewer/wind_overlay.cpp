@@ -97,7 +97,9 @@ void wind_controls(Viewer& viewer, bool& streamlines) {
 }
 
 void show_streamlines(const Viewer& viewer) {
-  const Rain rain = edited_scene(viewer.scene, viewer.edits).rain;
+  Rain rain = viewer.scene.rain;  // an edited scene would copy its surfaces in every frame
+  rain.wind_m_s = viewer.edits.wind_m_s;
+  rain.wind = viewer.edits.wind;
   ImDrawList* over = ImGui::GetBackgroundDrawList();
   for (const Streamline& line : wind_lines(rain, viewer.time_s))
     draw_line(viewer.camera, line, *over);
