@@ -5,30 +5,15 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <unordered_map>
 
-#include <Eigen/Geometry>
-
-#include "raytrace/wide_intersect.h"
-#include "raytrace/wide_paths.h"
+#include "raytrace/field_lattice.h"
+#include "raytrace/path_shape.h"
 
 namespace pluvia {
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-// How far beyond the outline maps are continued. Reflectance grows without bound there (it has a
-// pole at minus the cosine of Brewster's angle, -0.6), and a cubic cannot follow.
-constexpr double least_facing = -0.35;
-
-// For other indices the exits end where reflectance has grown as much as there: its logarithm's
-// slope at the outline is -4 n^2 / sqrt(n^2 - 1) for p, so that is at -0.71 sqrt(n^2 - 1) / n^2. An
-// index of 1 has no such place: its cells at the outline hold only the nodes that the camera sees.
-double least_facing_of_exits(double refractive_index) {
-  const double n2 = refractive_index * refractive_index;
-  return std::max(least_facing, -0.71 * std::sqrt(n2 - 1) / n2);
-}
 
 // A path counts fully where it passes this share of the light (reflection at normal incidence), or
 // gives as much of some light's whole light as the second; with less of both, its map may bend more
@@ -58,239 +43,12 @@ constexpr double interface_share = 0.3;
 constexpr double trusted_bends = 10;
 constexpr double trusted_light = 2;
 
-// A node's place on the finest lattice of space and time.
-struct Place {
-  int i = 0, j = 0, k = 0;
-  std::uint64_t key() const {
-    return (static_cast<std::uint64_t>(k) << 42) | (static_cast<std::uint64_t>(j) << 21) |
-           static_cast<std::uint64_t>(i);
-  }
-};
-
 struct OpenCell {
-  Place origin = {};
+  LatticePlace origin = {};
   int step = 1, time_step = 1;  // between its nodes, on the finest lattice
   bool surface_done = false;
   std::vector<std::uint64_t> done = {};  // signatures that coarser cells have settled
 };
-
-struct AskedNode {
-  std::uint32_t number = 0;
-  Eigen::Vector3d direction = {0, 0, 0};
-};
-
-// The square map, the drop at the lattice's times, and the nodes traced so far.
-struct Lattice {
-  const View& view;
-  const FieldOptions& options;
-  ExitField& field;
-  std::vector<DropInstant> drops = {};  // one per time of the finest lattice
-  int side = 0;                         // steps per side
-  double reach = 0;                     // the map covers [-reach, reach]^2
-  Eigen::Vector3d e1 = {}, e2 = {};
-  std::unordered_map<std::uint64_t, std::uint32_t> index = {};  // of nodes, by their place
-  std::vector<std::vector<AskedNode>> asked = {};               // by time
-
-  double step_rad() const { return 2 * reach / side; }
-
-  // The number of the node there: one that is new is traced by the next trace_asked().
-  std::uint32_t ask(const Place& place) {
-    const auto number = static_cast<std::uint32_t>(index.size());
-    const auto [slot, is_new] = index.try_emplace(place.key(), number);
-    if (is_new) asked[static_cast<std::size_t>(place.k)].push_back({number, direction(place)});
-    return slot->second;
-  }
-
-  // Of a place from the star centre; zero beyond the map's edge.
-  Eigen::Vector3d direction(const Place& place) const {
-    const double shift = options.shift * 2 * reach / options.base_cells;
-    const double x = -reach + step_rad() * place.i + shift;
-    const double y = -reach + step_rad() * place.j + shift;
-    const double r = std::hypot(x, y);
-    if (r >= pi) return {0, 0, 0};
-    const double sinc = r > 1e-9 ? std::sin(r) / r : 1;
-    return std::cos(r) * view.to_camera + sinc * (x * e1 + y * e2);
-  }
-
-  void trace_asked() {
-    field.nodes.resize(index.size());
-    for (std::size_t k = 0; k < asked.size(); ++k) trace(drops[k], asked[k]);
-    for (auto& list : asked) list.clear();
-  }
-
-  void trace(const DropInstant& drop, const std::vector<AskedNode>& list) {
-    std::vector<Eigen::Vector3d> directions;
-    std::vector<std::uint32_t> numbers;
-    for (const AskedNode& node : list) {
-      if (node.direction.isZero()) continue;
-      directions.push_back(node.direction);
-      numbers.push_back(node.number);
-    }
-    const auto points = surface_points_of(drop, directions, view.to_camera, options.isa);
-    const double least_of_exits = least_facing_of_exits(options.paths.refractive_index);
-    std::vector<CameraHit> hits;
-    std::size_t followed = 0;
-    for (std::size_t n = 0; n < points.size(); ++n) {
-      const SurfacePoint& point = points[n];
-      FieldNode& node = field.nodes[numbers[n]];
-      node.facing = point.normal.dot(view.to_camera);
-      if (node.facing < least_facing || (node.facing > 0 && point.hidden)) continue;
-      node.known = true;
-      node.xy_m = {point.position_m.dot(view.right), point.position_m.dot(view.up)};
-      if (node.facing <= 0) {
-        node.throughput = 1;  // at the outline all light is reflected
-        if (node.facing <= least_of_exits) continue;
-      }
-      hits.push_back({point.position_m, point.normal});
-      numbers[followed++] = numbers[n];
-    }
-    numbers.resize(followed);
-    take(trace_exits_of(drop, hits, view.to_camera, options.paths, options.isa), numbers);
-  }
-
-  void take(const HitExits& traced, const std::vector<std::uint32_t>& numbers) {
-    const auto before = static_cast<std::uint32_t>(field.exits.size());
-    field.exits.insert(field.exits.end(), traced.exits.begin(), traced.exits.end());
-    for (std::size_t n = 0; n < numbers.size(); ++n) {
-      FieldNode& node = field.nodes[numbers[n]];
-      node.first_exit = before + traced.first_exit[n];
-      node.exit_count = traced.first_exit[n + 1] - traced.first_exit[n];
-      if (node.facing <= 0) continue;
-      for (std::uint32_t e = 0; e < node.exit_count; ++e) {
-        node.throughput += field.exits[node.first_exit + e].throughput;
-      }
-      ++field.traced_nodes;
-    }
-    field.remainder.beyond_order += traced.remainder.beyond_order;
-    field.remainder.given_up += traced.remainder.given_up;
-    field.remainder.lost += traced.remainder.lost;
-  }
-};
-
-// How one path's map looks in a cell.
-struct PathShape {
-  int known = 0, seen = 0;             // nodes that have the path, and face the camera
-  bool dark = true;                    // no visible node passes light
-  Eigen::Vector3d centre = {0, 0, 0};  // mean direction, unit
-  double radius_rad = 0;               // largest angle of a node's direction from it
-  double brightest = 0;                // throughput of a visible node
-  double mean_light = 0;               // mean over all nodes of throughput x facing
-  double spread_sr = 0;                // solid angle of the directions at the cell's first time; 0
-                                       // where nodes are missing
-  // Largest third differences.
-  struct Bends {
-    double space = 0, time = 0;    // of directions
-    double dim = 0, time_dim = 0;  // of throughputs, of powers
-  };
-  Bends map = {};
-};
-
-// Largest third difference along the lines of a cell with the given stride.
-template <typename Value, typename Size>
-double third_difference(int times, int stride, Value value, Size size) {
-  double most = 0;
-  const int lines = times * cell_side;
-  for (int line = 0; line < lines; ++line) {
-    // The line's first node: the digits of `line` on the two other axes.
-    const int low = line % stride, high = line / stride;
-    const auto at = [&](int k) {
-      return value(static_cast<std::size_t>(high * stride * cell_side + low + k * stride));
-    };
-    most = std::max(most, size(at(0) - at(3) + 3 * (at(2) - at(1))));
-  }
-  return most;
-}
-
-using CellExits = std::array<const PathExit*, cell_side * cell_side * cell_side>;
-
-template <typename Direction, typename Power>
-PathShape::Bends bends_of(int times, Direction direction, Power power) {
-  const auto length = [](const auto& d) { return d.norm(); };
-  PathShape::Bends bends;
-  for (const int stride : {1, cell_side}) {
-    bends.space = std::max(bends.space, third_difference(times, stride, direction, length));
-    bends.dim = std::max(bends.dim, third_difference(times, stride, power, length));
-  }
-  if (times == 1) return bends;
-  constexpr int stride = cell_side * cell_side;
-  bends.time = third_difference(times, stride, direction, length);
-  bends.time_dim = third_difference(times, stride, power, length);
-  return bends;
-}
-
-PathShape::Bends map_bends(const CellExits& exits, int times) {
-  using Eigen::Vector2d;
-  return bends_of(
-      times, [&](std::size_t n) -> Eigen::Vector3d { return exits[n]->direction; },
-      [&](std::size_t n) -> Vector2d {
-        return {exits[n]->throughput, 0};
-      });
-}
-
-PathShape::Bends interface_bends(const CellExits& exits, int times) {
-  using Eigen::Vector2d, Eigen::Matrix;
-  return bends_of(
-      times,
-      [&](std::size_t n) {
-        Matrix<double, 6, 1> both;
-        both << exits[n]->incident, exits[n]->normal;
-        return both;
-      },
-      [&](std::size_t n) -> Vector2d {
-        return {exits[n]->power_s, exits[n]->power_p};
-      });
-}
-
-// Of the first time's directions: the area of the cell's nine quads.
-double spread_of(const CellExits& exits) {
-  double area = 0;
-  for (std::size_t j = 0; j + 1 < cell_side; ++j) {
-    for (std::size_t i = 0; i + 1 < cell_side; ++i) {
-      const std::size_t n = cell_side * j + i;
-      const Eigen::Vector3d along = exits[n + cell_side + 1]->direction - exits[n]->direction;
-      const Eigen::Vector3d across = exits[n + cell_side]->direction - exits[n + 1]->direction;
-      area += 0.5 * along.cross(across).norm();
-    }
-  }
-  return area;
-}
-
-PathShape path_shape(const ExitField& field, const FieldCell& cell, std::uint64_t signature,
-                     CellExits& exits) {
-  PathShape shape;
-  const auto count = static_cast<std::size_t>(field.times * cell_side * cell_side);
-  for (std::size_t n = 0; n < count; ++n) {
-    exits[n] = find_exit(field, cell.nodes[n], signature);
-    if (!exits[n]) continue;
-    ++shape.known;
-    shape.centre += exits[n]->direction;
-    const double facing = field.nodes[cell.nodes[n]].facing;
-    if (facing > 0) {
-      ++shape.seen;
-      shape.brightest = std::max(shape.brightest, exits[n]->throughput);
-      shape.mean_light += facing * exits[n]->throughput / static_cast<double>(count);
-    }
-  }
-  shape.dark = shape.brightest <= 0;
-  if (shape.dark) return shape;
-  const double length = shape.centre.norm();
-  if (length < 1e-6) {  // directions all around: no bounding cone narrower than the sphere
-    shape.radius_rad = pi;
-    shape.centre = {0, 0, 1};
-  } else {
-    shape.centre /= length;
-    double chord = 0;
-    for (const PathExit* exit : exits) {
-      if (exit) chord = std::max(chord, (exit->direction - shape.centre).norm());
-    }
-    shape.radius_rad = 2 * std::asin(std::min(1.0, 0.5 * chord));
-  }
-  if (shape.known == static_cast<int>(count)) {
-    shape.map = map_bends(exits, field.times);
-    shape.spread_sr = spread_of(exits);
-  }
-  return shape;
-}
 
 // What a cell, or a path in it, still asks for.
 struct Halving {
@@ -299,7 +57,7 @@ struct Halving {
 };
 
 struct Refiner {
-  Lattice& lattice;
+  FieldLattice& lattice;
   const ConeLights& lights;
   const FieldOptions& options;
   ExitField& field;
@@ -407,8 +165,8 @@ struct Refiner {
     for (int k = 0; k < field.times; ++k) {
       for (int j = 0; j < cell_side; ++j) {
         for (int i = 0; i < cell_side; ++i) {
-          take(Place{open.origin.i + i * open.step, open.origin.j + j * open.step,
-                     open.origin.k + k * open.time_step});
+          take(LatticePlace{open.origin.i + i * open.step, open.origin.j + j * open.step,
+                            open.origin.k + k * open.time_step});
         }
       }
     }
@@ -417,7 +175,7 @@ struct Refiner {
   FieldCell ask(const OpenCell& open) const {
     FieldCell cell;
     std::size_t n = 0;
-    for_nodes(open, [&](const Place& place) { cell.nodes[n++] = lattice.ask(place); });
+    for_nodes(open, [&](const LatticePlace& place) { cell.nodes[n++] = ask_node(lattice, place); });
     const double times = static_cast<double>(lattice.drops.size() - 1);
     if (field.times > 1) {
       cell.first = open.origin.k / times;
@@ -526,26 +284,9 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
   field.times = drops.size() > 1 ? cell_side : 1;
   field.refractive_index = options.paths.refractive_index;
   field.radius_m = drops.front().surface.scale;
-  Lattice lattice{.view = view, .options = options, .field = field, .drops = std::move(drops)};
-  lattice.asked.resize(lattice.drops.size());
-  // The normal is tilted against the direction by at most atan(|grad h| / h): beyond this angle
-  // from the view axis nothing faces the camera.
-  double slope = 0, bound = 0;
-  for (const DropInstant& drop : lattice.drops) {
-    slope = std::max(slope, drop.bound_slope);
-    bound = std::max(bound, drop.bound_h);
-  }
-  const double smallest_h = std::max(0.2, 2 - bound);
-  lattice.reach = std::min(pi, pi / 2 + std::atan(slope / smallest_h)) *
-                  (1 + 1.0 / options.base_cells);  // the map may be shifted by half a cell
-  const int step = 1 << options.space_depth;
-  lattice.side = options.base_cells * (cell_side - 1) * step;
-  lattice.e1 =
-      std::cos(options.rotation_rad) * view.right + std::sin(options.rotation_rad) * view.up;
-  lattice.e2 =
-      std::cos(options.rotation_rad) * view.up - std::sin(options.rotation_rad) * view.right;
-
+  FieldLattice lattice = make_field_lattice(std::move(drops), view, options, field);
   Refiner refiner{.lattice = lattice, .lights = lights, .options = options, .field = field};
+  const int step = 1 << options.space_depth;
   const int span = (cell_side - 1) * step;
   const int time_step = field.times == 1 ? 1 : 1 << options.time_depth;
   for (int j = 0; j < options.base_cells; ++j) {
@@ -560,7 +301,7 @@ ExitField trace(std::vector<DropInstant> drops, const View& view, const ConeLigh
     std::vector<FieldCell> cells;
     cells.reserve(now.size());
     for (const OpenCell& open : now) cells.push_back(refiner.ask(open));
-    lattice.trace_asked();
+    trace_asked(lattice);
     if (!lights.directions.empty() && refiner.brightness.empty()) refiner.measure_brightness();
     for (std::size_t n = 0; n < now.size(); ++n) refiner.settle(now[n], cells[n]);
   }

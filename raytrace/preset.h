@@ -78,6 +78,16 @@ double mean_refractive_index(const Preset& preset);
 // The set of that index. Throws std::invalid_argument when the preset has none.
 const OscillationSet& set_of(const Preset& preset, int oscillation);
 
+// The drop of one of the preset's sets.
+DropShape drop_of(const Preset& preset, const OscillationSet& set, int diameter_um);
+
+// Of time that a picture shows [s].
+double span_of(const Preset& preset);
+
+// How near the drop's surface comes to its centre within a time, over r0, where that is not farther
+// than smallest_relative_radius.
+std::optional<double> too_near_surface(const DropShape& drop, double span_s);
+
 // The drop of a set of that mean radius, which need not be one of the preset's: what scenes are
 // full of. oscillation: an index of preset.sets' `index`; r0_m > 0. Throws std::runtime_error where
 // the amplitudes overwhelm it (as read_preset), std::invalid_argument for a set that is not there.
