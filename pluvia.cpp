@@ -80,11 +80,13 @@ void generate(const pluvia::GenerateFlags& flags) {
 struct PackFlags {
   std::string database = {}, out = {}, band = {};
   double diameter_mm = 0;
+  bool orders_only = false;
 };
 
 void pack(const PackFlags& flags) {
   const auto diameter_um = static_cast<int>(std::lround(1000 * flags.diameter_mm));
-  pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database, {diameter_um, flags.band}));
+  const pluvia::PackOptions options = {diameter_um, flags.band, !flags.orders_only};
+  pluvia::write_atlas(flags.out, pluvia::pack_database(flags.database, options));
   fmt::print("{}: packed from {}\n", flags.out, flags.database);
 }
 
@@ -188,6 +190,10 @@ CLI::App* add_pack(CLI::App& app, PackFlags& flags) {
   command->add_option("--diameter-mm", flags.diameter_mm, "of the drops, where there are several")
       ->check(pluvia::finite_range(0.001, 20));
   command->add_option("--band", flags.band, "where there are several; R, G, B without: luminance");
+  command->add_flag(
+      "--orders-only", flags.orders_only,
+      "no light beyond the orders that were traced; else what is left in a drop after "
+      "them comes evenly from the sky");
   command->footer("example: pluvia pack db --out atlas");
   return command;
 }

@@ -65,6 +65,7 @@ nlohmann::ordered_json tables_of(const StreakAtlas& atlas) {
                                      {"lights", nlohmann::ordered_json::array()},
                                      {"views", nlohmann::ordered_json::array()},
                                      {"layers", nlohmann::ordered_json::array()}};
+  if (atlas.rest_from_sky) document["rest_from_sky"] = true;
   if (atlas.transfer_degree >= 0) document["transfer_degree"] = atlas.transfer_degree;
   for (const LightDirection& light : atlas.lights) {
     document["lights"].push_back(
@@ -89,6 +90,11 @@ void read_views(const JsonPlace& document, StreakAtlas& atlas) {
                            .row_px = integer_at(member(place, "row_px"), row, row),
                            .path_top_row = number_at(member(place, "path_top_row")),
                            .path_bottom_row = number_at(member(place, "path_bottom_row"))});
+    const AtlasView& view = atlas.views.back();
+    if (!(view.path_bottom_row > view.path_top_row))
+      throw_at(member(place, "path_bottom_row"),
+               fmt::format("{}; expected more than path_top_row {}", view.path_bottom_row,
+                           view.path_top_row));
   }
   if (atlas.views.empty()) throw_at(member(document, "views"), "empty; expected at least one view");
 }
@@ -119,6 +125,8 @@ StreakAtlas tables_at(const JsonPlace& document) {
   atlas.fall_speed_m_s = positive_at(member(document, "fall_speed_m_s"));
   atlas.pixel_m = positive_at(member(document, "pixel_m"));
   atlas.database_sha256 = text_at(member(document, "database_sha256"));
+  if (document.value->contains("rest_from_sky"))
+    atlas.rest_from_sky = truth_at(member(document, "rest_from_sky"));
   if (document.value->contains("transfer_degree"))
     atlas.transfer_degree =
         integer_at(member(document, "transfer_degree"), 0, highest_transfer_degree);
@@ -133,7 +141,7 @@ std::vector<Image> take_pictures(const std::string& file, std::vector<ExrPart>& 
   std::vector<Image> pictures;
   for (int level = 0; level < atlas.levels; ++level) {
     const std::string name = fmt::format("{}_mip{}", kind, level);
-    const int width = columns * atlas.cell_width_px >> level;
+    const std::int64_t width = std::int64_t{columns} * atlas.cell_width_px >> level;
     const int height = rows_of_views(atlas) >> level;
     if (parts.empty() || parts.front().name != name || parts.front().width != width ||
         parts.front().height != height || parts.front().channels.size() != 1 ||
@@ -146,7 +154,7 @@ std::vector<Image> take_pictures(const std::string& file, std::vector<ExrPart>& 
       check_signed_values(file, parts.front());
     else
       check_radiances(file, parts.front());
-    pictures.push_back({.width = width,
+    pictures.push_back({.width = static_cast<int>(width),
                         .height = height,
                         .channels = 1,
                         .values = std::move(parts.front().channels[0].values)});

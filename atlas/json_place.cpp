@@ -28,6 +28,10 @@ nlohmann::ordered_json parse_json(const std::string& file, const std::string& te
   }
 }
 
+std::string document_text(const nlohmann::ordered_json& document, int indent) {
+  return document.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 void throw_at(const JsonPlace& place, const std::string& found_and_expected) {
   throw std::runtime_error(
       place.path.empty() ? fmt::format("{}: {}", place.file, found_and_expected)
@@ -63,6 +67,11 @@ std::vector<JsonPlace> elements(const JsonPlace& array) {
 std::string text_at(const JsonPlace& place) {
   if (!place.value->is_string()) throw_at(place, place.value->dump() + "; expected a string");
   return place.value->get<std::string>();
+}
+
+bool truth_at(const JsonPlace& place) {
+  if (!place.value->is_boolean()) throw_at(place, place.value->dump() + "; expected true or false");
+  return place.value->get<bool>();
 }
 
 double number_at(const JsonPlace& place) {

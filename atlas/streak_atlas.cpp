@@ -5,11 +5,13 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "atlas/atlas_layout.h"
 #include "atlas/atomic_file.h"
@@ -198,6 +200,15 @@ void add_mips(std::vector<Image>& pictures, int levels) {
   }
 }
 
+StreakImage times(StreakImage image, double factor) {
+  for (float& value : image.mean) value = static_cast<float>(factor * static_cast<double>(value));
+  return image;
+}
+
+bool has_orders(const Manifest& manifest) {
+  return nlohmann::json::parse(manifest.parameters).contains("max_order");
+}
+
 void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shard& shard) {
   const int rows = rows_of_views(atlas);
   if (layer.coverage.empty()) {
@@ -212,11 +223,14 @@ void put_shard(const StreakAtlas& atlas, AtlasLayer& layer, int view, const Shar
     put_cell(layer.point[0], cell_rect(atlas, view, static_cast<int>(i), 0), shard.light[i]);
   }
   const CellRect cell = cell_rect(atlas, view, 0, 0);
-  if (!layer.env.empty()) put_cell(layer.env[0], cell, shard.env);
+  if (!layer.env.empty())
+    put_cell(layer.env[0], cell, atlas.rest_from_sky ? shard.coverage : shard.env);
   put_cell(layer.coverage[0], cell, shard.coverage);
   for (std::size_t i = 0; i < shard.transfer.size(); ++i) {
     put_cell(layer.transfer[0], cell_rect(atlas, view, static_cast<int>(i), 0), shard.transfer[i]);
   }
+  if (atlas.rest_from_sky && !shard.transfer.empty())  // Y_00 is 1 / sqrt(4 pi)
+    put_cell(layer.transfer[0], cell, times(shard.coverage, 0.5 / std::sqrt(std::numbers::pi)));
 }
 
 }  // namespace
@@ -227,6 +241,12 @@ void keep_one_band(const std::string& file, const std::string& wanted, Shard& sh
   for (StreakImage& image : shard.light) mix_bands(weights, image.mean);
   for (StreakImage& image : shard.transfer) mix_bands(weights, image.mean);
   mix_bands(weights, shard.env.mean);
+}
+
+std::vector<int> set_numbers(const StreakAtlas& atlas) {
+  std::vector<int> numbers;
+  for (const AtlasLayer& layer : atlas.layers) numbers.push_back(layer.oscillation);
+  return numbers;
 }
 
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
@@ -259,6 +279,7 @@ StreakAtlas pack_database(const std::string& database_folder, const PackOptions&
   const Manifest manifest = read_manifest(database_folder);
   const Grid grid = grid_of(database_folder, manifest, options.diameter_um);
   StreakAtlas atlas = empty_atlas(manifest, grid);
+  atlas.rest_from_sky = options.rest_from_sky && has_orders(manifest);
   for (const int oscillation : grid.oscillations) {
     AtlasLayer layer = {.oscillation = oscillation};
     for (std::size_t view = 0; view < atlas.views.size(); ++view) {

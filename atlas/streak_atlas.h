@@ -47,6 +47,10 @@ struct StreakAtlas {
   double exposure_s = 0;
   double fall_speed_m_s = 0;
   double pixel_m = 0;
+  // Whether env and the first harmonic hold all orders: what is left in a drop after the last one
+  // that was traced comes from the whole sky evenly, so that both follow coverage. What is right
+  // under an even sky by the conservation of energy is a guess under another.
+  bool rest_from_sky = false;
   int transfer_degree = -1;                 // of the harmonics, (degree + 1)^2 cells; -1: none
   std::string database_sha256 = {};         // of the manifest it was packed from
   std::vector<LightDirection> lights = {};  // column order
@@ -54,6 +58,9 @@ struct StreakAtlas {
   std::vector<AtlasLayer> layers = {};      // ascending oscillation
   RefractionMasks masks = {};  // of the same drops; not in its files: without any, empty
 };
+
+// Of the oscillation sets, ascending: one for each layer.
+std::vector<int> set_numbers(const StreakAtlas& atlas);
 
 struct CellRect {
   int x = 0, y = 0, width = 0, height = 0;
@@ -80,6 +87,8 @@ AtlasCell finest_cell(const StreakAtlas& atlas, int layer, int cell, int sky_cel
 struct PackOptions {
   int diameter_um = 0;    // 0: the only one
   std::string band = {};  // a name; empty: the only one, or luminance (Rec.709) of bands R, G, B
+  // StreakAtlas::rest_from_sky, where the database was traced to an order: photographs have all.
+  bool rest_from_sky = true;
 };
 
 // Makes the shard's pictures those of that band, or luminance, as above; means only, variances stay

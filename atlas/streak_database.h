@@ -1,10 +1,11 @@
 // The streak database on disk: one shard per (drop diameter, oscillation set, view elevation), and
 // a manifest that tells how all of it was made.
 //
-//   DIR/manifest.json                       version, every parameter, seed, instruction set, per
-//   shard a hash DIR/cost.json                           CPU seconds and machine: outside the
-//   promise of same bytes DIR/shards/dDDDD_oscOO_vEE.exr          DDDD diameter in um, OO
-//   oscillation, EE view elevation with sign
+//   DIR/manifest.json                version, all parameters, seed, instruction set, shards' hashes
+//
+//   DIR/cost.json                    CPU seconds of each shard: outside the promise of same bytes
+//
+//   DIR/shards/dDDDD_oscOO_vEE.exr   diameter in um, oscillation, view elevation with sign
 //
 // A shard is a multi-part OpenEXR file, 32-bit float, ZIP: parts light_v+10_h010 .. (light
 // elevation with sign, azimuth, degrees), then env, then transfer_00 .. where they were asked for,

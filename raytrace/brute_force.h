@@ -2,8 +2,8 @@
 // the drop and counted where they leave within a light's cone. By itself it shares nothing with the
 // field but the intersection (and that through Embree): its own path follower, and polarisation as
 // Stokes vectors with Mueller matrices instead of fields. The same rays may be followed by the
-// field's own tracer, several at a time: eight times as many for the same time, and what counting
-// rays is fairly compared with.
+// field's own tracer, several at a time: several times as many for the same time
+// (docs/generator.md), and what counting rays is fairly compared with.
 //
 // Each replicate is a randomly shifted low-discrepancy point set in (x, y, t); the spread of the
 // replicates gives an unbiased variance of their mean, per pixel and per light's flux.

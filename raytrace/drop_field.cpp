@@ -157,4 +157,14 @@ std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int osc
   return std::move(field.drops);
 }
 
+void number_sets(const std::vector<int>& sets, std::vector<Drop>& drops) {
+  for (Drop& drop : drops) drop.oscillation = sets.at(static_cast<std::size_t>(drop.oscillation));
+}
+
+std::vector<Drop> drops_with_sets(const Scene& scene, const std::vector<int>& sets, double time_s) {
+  auto drops = drop_field(scene, make_rain_space(scene), static_cast<int>(sets.size()), time_s);
+  number_sets(sets, drops);
+  return drops;
+}
+
 }  // namespace pluvia

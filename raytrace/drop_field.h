@@ -35,7 +35,7 @@ struct Drop {
   Eigen::Vector3d centre_m = {0, 0, 0};  // at shutter-open
   Eigen::Vector3d velocity_m_s = {0, 0, 0};
   double r0_m = 0;
-  int oscillation = 0;    // set index
+  int oscillation = 0;    // place of its set among those that there are; number_sets: its number
   double hit_time_s = 0;  // after shutter-open, when the centre reaches the top height below it;
 };                        // <= 0: it already has, and is not to be drawn; > 1e26: nothing is below
 
@@ -61,5 +61,12 @@ std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int osc
 // The same of drops that have been moved there already.
 std::vector<Drop> drop_field(const Scene& scene, const RainSpace& space, int oscillation_count,
                              const DropMotion& motion, double time_s);
+
+// What presets and databases call the sets: drops whose sets were places in this list get their
+// numbers. sets: of a preset or an atlas, ascending, as many as the field was told.
+void number_sets(const std::vector<int>& sets, std::vector<Drop>& drops);
+
+// drop_field in a scene's own rain space, with those numbers.
+std::vector<Drop> drops_with_sets(const Scene& scene, const std::vector<int>& sets, double time_s);
 
 }  // namespace pluvia

@@ -191,6 +191,20 @@ void refuse_few_phases(const Preset& preset, const MaskSetOptions& options) {
   }
 }
 
+// A drop or light that no mask can be traced of lies in the preset, or in the options with it.
+RefractionMasks traced(const MasksFlags& flags, const Preset& preset, const MaskSetOptions& options,
+                       MaskSetCost& cost,
+                       const std::function<void(const std::string&, double)>& progress) {
+  try {
+    refuse_few_phases(preset, options);
+    return trace_mask_set(preset, options, cost, [&](double share) {
+      if (progress) progress("refraction masks", share);
+    });
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(flags.preset + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 std::string write_masks(const MasksFlags& flags,
@@ -205,11 +219,8 @@ std::string write_masks(const MasksFlags& flags,
     options.diameters_um.push_back(static_cast<int>(std::lround(1000 * mm)));
   ascending(options.diameters_um);
   ascending(options.view_elevations_deg);
-  refuse_few_phases(preset, options);
   MaskSetCost cost;
-  const RefractionMasks masks = trace_mask_set(preset, options, cost, [&](double share) {
-    if (progress) progress("refraction masks", share);
-  });
+  const RefractionMasks masks = traced(flags, preset, options, cost, progress);
   write_refraction_masks(flags.out, masks);
   return fmt::format(
       "{}: {} masks of {} x {} and {} orders in {:.1f} CPU s, {:.1f} MB, {:.4f} of "

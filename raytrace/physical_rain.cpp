@@ -128,6 +128,11 @@ void read_physical_drop(TomlReader drop, PhysicalRain& rain) {
   if (um.empty()) drop.refuse("diameters_mm", "diameters_mm is empty; expected some");
   if (!equilibrium_file.empty()) {
     rain.equilibrium = read_equilibrium_table(path_beside(drop.file(), equilibrium_file));
+    const double largest_m = rain.equilibrium.diameter_m.back();
+    if (um.back() * 1e-6 > largest_m)
+      drop.refuse("diameters_mm",
+                  fmt::format("diameter {} mm; expected at most {} mm, where {} ends",
+                              um.back() / 1000.0, 1e3 * largest_m, equilibrium_file));
   }
 }
 

@@ -136,8 +136,12 @@ void read_picture(TomlReader picture, Preset& preset) {
   picture.optional("transfer_degree", preset.transfer_degree, 0, highest_harmonic_degree);
   picture.finish();
   for (const char* key : {"view_elevations_deg", "oscillations"}) {
-    const auto& list = key[0] == 'v' ? preset.view_elevations_deg : preset.oscillations;
+    std::vector<int> list = key[0] == 'v' ? preset.view_elevations_deg : preset.oscillations;
     if (list.empty()) picture.refuse(key, fmt::format("{} is empty; expected some", key));
+    std::sort(list.begin(), list.end());
+    const auto twice = std::adjacent_find(list.begin(), list.end());
+    if (twice != list.end())
+      picture.refuse(key, fmt::format("{}: {} again; expected each once", key, *twice));
   }
   for (const int index : preset.oscillations) {
     if (std::none_of(preset.sets.begin(), preset.sets.end(),

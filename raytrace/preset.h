@@ -25,7 +25,7 @@ struct Preset {
   double fall_speed_m_s = 0;       // gn2006; 0 in physical
   double cone_half_angle_deg = 0;  // 0: points at infinity (raytrace/glints.h); else 0.05 .. 30
   std::vector<LightDirection> lights = light_grid(20);  // of grid_step_deg, or a scene's subset
-  bool environment = true;                              // write the part env; gn2006: always
+  bool environment = true;      // write the part env; gn2006: but for a scene without one
   int transfer_degree = -1;     // of the spherical harmonics, 0 .. 8: their parts too; -1: none
   int width_px = 0;             // a power of two, 4 .. 64
   int slices = 0;               // gn2006, per replicate, at most; 0 in physical

@@ -19,6 +19,8 @@
 namespace pluvia {
 namespace {
 
+constexpr int most_side_px = 16384;  // as scenes may ask for
+
 // Saves sums often enough that a kill costs little, and seldom enough that saving takes at most a
 // twentieth of the time.
 struct Saver {
@@ -40,7 +42,11 @@ struct Saver {
 void shrink(Camera& camera, int width_px) {
   if (width_px == 0) return;
   const double scale = static_cast<double>(width_px) / camera.width_px;
-  camera.height_px = std::max(1, static_cast<int>(std::lround(scale * camera.height_px)));
+  const double height_px = std::max(1.0, std::round(scale * camera.height_px));
+  if (height_px > most_side_px)
+    throw std::runtime_error(fmt::format("--width-px {}: {:.0f} rows; expected at most {}",
+                                         width_px, height_px, most_side_px));
+  camera.height_px = static_cast<int>(height_px);
   camera.width_px = width_px;
 }
 
@@ -50,8 +56,9 @@ std::unique_ptr<ReferenceScene> read_reference_scene(const ReferenceFlags& flags
   Scene scene = scene_at(read_scene(flags.scene), time_s);
   const Preset preset = read_preset(flags.preset);
   // The drops are those of the frame in the scene's own size: its shape decides about them.
-  const auto sets = static_cast<int>(preset.oscillations.size());
-  const auto drops = drop_field(scene, make_rain_space(scene), sets, time_s);
+  std::vector<int> sets = preset.oscillations;
+  std::sort(sets.begin(), sets.end());
+  const std::vector<Drop> drops = drops_with_sets(scene, sets, time_s);
   shrink(scene.camera, flags.width_px);
   summary.left_splashes = scene.splashes.has_value();
   ReferenceOptions options = flags.options;
@@ -65,7 +72,7 @@ std::unique_ptr<ReferenceScene> read_reference_scene(const ReferenceFlags& flags
   options.cone_half_angle_rad = cone_deg * std::numbers::pi / 180;
   try {
     return make_reference_scene(scene, drops, preset, options);
-  } catch (const std::runtime_error& error) {
+  } catch (const std::exception& error) {  // also a drop of which the preset's tables know nothing
     throw std::runtime_error(flags.scene + ": " + error.what());
   }
 }
@@ -73,8 +80,13 @@ std::unique_ptr<ReferenceScene> read_reference_scene(const ReferenceFlags& flags
 // 1 when the error that is asked for is there: variance falls with the number of passes.
 double share_done(const ReferenceSettings& settings, const ReferenceSums& sums,
                   const ReferenceErrors& errors) {
-  const double error = std::max(errors.surface, errors.rain);
-  const double by_error = error > 0 ? std::pow(settings.error / error, 2) : 1;
+  const auto share = [](double error, double found) {
+    return found > error ? std::pow(error / found, 2) : 1;
+  };
+  double by_rain = share(settings.error, errors.rain);
+  if (errors.rain >= 1)
+    by_rain = std::max(by_rain, share(settings.error * settings.error, errors.rain_noise));
+  const double by_error = std::min(by_rain, share(settings.error, errors.surface));
   const double passes = sums.learned + sums.passes;
   const double by_passes = passes / (settings.learning_passes + settings.least_passes);
   return std::clamp(std::min(by_error, by_passes), 0.0, 0.999);
@@ -116,7 +128,7 @@ CLI::App* add_reference(CLI::App& app, ReferenceFlags& flags, const std::string&
                    "of lights without a radius, as drops see them; default: the preset's")
       ->check(finite_range(0.05, 30));
   command->add_option("--width-px", flags.width_px, "of the picture, instead of the scene's")
-      ->check(CLI::Range(1, 16384));
+      ->check(CLI::Range(1, most_side_px));
   command->add_flag("--all-shadows", flags.options.all_shadows,
                     "surfaces stop every light, not only those with shadow = true");
   command->add_flag("!--no-emission-in-drops", flags.options.drops_see_emission,

@@ -135,12 +135,20 @@ void add_rain(const RainPicture& picture, ReferenceSums& sums) {
   }
 }
 
-double relative_error(const ReferenceLayer& layer, const std::vector<double>& weights) {
+struct NoisySignal {  // sums of squares
   double noise = 0, signal = 0;
+};
+
+NoisySignal weighed(const ReferenceLayer& layer, const std::vector<double>& weights) {
+  NoisySignal sums;
   for (std::size_t i = 0; i < layer.mean.size(); ++i) {
-    noise += weights[i / 3] * layer.variance[i];
-    signal += weights[i / 3] * (layer.mean[i] * layer.mean[i] - layer.variance[i]);
+    sums.noise += weights[i / 3] * layer.variance[i];
+    sums.signal += weights[i / 3] * (layer.mean[i] * layer.mean[i] - layer.variance[i]);
   }
+  return sums;
+}
+
+double relative_error(double noise, double signal) {
   if (noise == 0) return 0;
   return signal > 0 ? std::sqrt(noise / signal) : std::numeric_limits<double>::infinity();
 }
@@ -179,10 +187,18 @@ std::vector<double> pixel_weights(const ReferenceScene& scene, const ReferenceSu
 
 ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSums& sums) {
   constexpr double unknown = std::numeric_limits<double>::infinity();
-  if (sums.passes < 2) return {unknown, unknown};
+  if (sums.passes < 2) return {unknown, unknown, unknown};
   const std::vector<double> weights = pixel_weights(scene, sums);
-  return {relative_error(layer_of(sums.surface, sums.surface_squares, sums.passes), weights),
-          relative_error(layer_of(sums.rain, sums.rain_squares, sums.passes), weights)};
+  const NoisySignal surface =
+      weighed(layer_of(sums.surface, sums.surface_squares, sums.passes), weights);
+  const NoisySignal rain = weighed(layer_of(sums.rain, sums.rain_squares, sums.passes), weights);
+  return {relative_error(surface.noise, surface.signal), relative_error(rain.noise, rain.signal),
+          relative_error(rain.noise, surface.signal)};
+}
+
+bool meets(const ReferenceErrors& errors, double error) {
+  const bool no_rain = errors.rain >= 1 && errors.rain_noise <= error * error;
+  return errors.surface <= error && (errors.rain <= error || no_rain);
 }
 
 void trace_reference(const ReferenceScene& scene, const ReferenceSettings& settings,
@@ -191,7 +207,7 @@ void trace_reference(const ReferenceScene& scene, const ReferenceSettings& setti
   const auto is_done = [&](const ReferenceErrors& found) {
     if (sums.passes >= settings.most_passes) return true;
     if (sums.passes < settings.least_passes) return false;
-    return found.surface <= settings.error && found.rain <= settings.error;
+    return meets(found, settings.error);
   };
   ReferenceErrors errors = estimated_errors(scene, sums);
   while (!is_done(errors)) {

@@ -67,8 +67,14 @@ std::vector<double> pixel_weights(const ReferenceScene& scene, const ReferenceSu
 // pass, infinite while passes < 2.
 struct ReferenceErrors {
   double surface = 0, rain = 0;
+  double rain_noise = 0;  // the rain's noise over the surfaces' signal: infinite where that is 0
 };
 ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSums& sums);
+
+// Whether both layers have that error. Rain that changes nothing, as drops under an even sky, has
+// no signal to be held against: it is done where it cannot be told from none (an error of 1 or
+// more) and its noise is less than error^2 of the picture without it.
+bool meets(const ReferenceErrors& errors, double error);
 
 // Passes until the settings' error or budget is met, or most_passes. after_pass may save the sums.
 using AfterPass = std::function<void(const ReferenceSums&, const ReferenceErrors&)>;

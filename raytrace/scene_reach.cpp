@@ -26,8 +26,8 @@ constexpr double pi = std::numbers::pi;
 constexpr double fine_rad = pi / 720;
 constexpr double fine_m = 5e-4;
 
-using ViewSet = std::bitset<181>;
-using LightSet = std::bitset<128>;
+using ViewSet = std::bitset<181>;    // -90 .. 90 degrees, each once
+using LightSet = std::bitset<1297>;  // the finest of light_grid
 
 struct Asks {
   ViewSet views = {};
@@ -106,15 +106,15 @@ void Search::add_views(double low_deg, double high_deg, Asks& asks) const {
 // The direction is folded: right is left, for the mirrored drop.
 void Search::add_lights(const Eigen::Vector3d& direction, double spread_rad, Asks& asks) const {
   const Eigen::Vector3d folded(direction.x(), std::abs(direction.y()), direction.z());
-  const auto angle = [&](const Eigen::Vector3d& light) {
-    return std::atan2(folded.cross(light).norm(), folded.dot(light));
-  };
-  double least = pi;
-  for (const Eigen::Vector3d& light : lights) least = std::min(least, angle(light));
-  // The renderer decides ties in float, within 1e-6 of squared chord (realtime/shaders).
+  double nearest = -1;
+  for (const Eigen::Vector3d& light : lights) nearest = std::max(nearest, folded.dot(light));
+  // The renderer decides ties in float, within 1e-6 of squared chord (realtime/shaders); of an arc
+  // cosine near 1 rounding makes 1e-8.
   constexpr double tie_rad = 1e-3;
+  const double reach = std::acos(std::min(nearest, 1.0)) + 2 * spread_rad + tie_rad;
+  const double least = reach < pi ? std::cos(reach) : -2;
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (angle(lights[i]) <= least + 2 * spread_rad + tie_rad) asks.lights.set(i);
+    if (folded.dot(lights[i]) >= least) asks.lights.set(i);
   }
 }
 

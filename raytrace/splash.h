@@ -4,7 +4,7 @@
 //
 // The hit (d diameter, v speed along the surface's normal) has Weber's number We = rho v^2 d /
 // sigma. A thin film splashes above sqrt(We) = 20 (Vander Wal, Berger and Mozes, Exp. Fluids 40,
-// 53, 2006): at terminal speed, drops of more than 1.2 mm. Below, nothing is thrown.
+// 53, 2006): at terminal speed, drops of more than 1.26 mm. Below, nothing is thrown.
 //
 // Assumptions, each with the range that the literature leaves open:
 //   droplets        5 (We / 400 - 1), after Bai and Gosman (SAE 950283); half to twice as many;

@@ -23,7 +23,7 @@ struct Range {
   bool low_open = false;  // true: value > low instead of >=
 };
 
-// One table of the file. Each get_ call marks its key as known; finish() refuses whatever is left.
+// One table of the file. Each call below marks its key as known; finish() refuses whatever is left.
 // The optional forms leave `value` alone when the key is absent. The table must outlive the reader.
 class TomlReader {
  public:

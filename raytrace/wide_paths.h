@@ -5,9 +5,9 @@
 // AVX2 and AVX-512 give the same bytes: both do the same correctly rounded operations (add,
 // multiply, fused multiply-add, divide, root) in each lane. They differ from scalar by rounding:
 // directions and throughputs by less than the scalar tracer's own change when the hit moves by
-// 1e-12 r0 and its normal by 1e-12; up to order 3 that is below 1e-12 for 99.7 % of all hits, also
-// on concave drops. A hit that stands on a break of its map to that distance (total reflection,
-// tangent, min_power) may have the exits of either side.
+// 1e-12 r0 and its normal by 1e-12; up to order 3 that is below 1e-12 for all but one hit in a
+// thousand (docs/generator.md), also on concave drops. A hit that stands on a break of its map to
+// that distance (total reflection, tangent, min_power) may have the exits of either side.
 #pragma once
 
 #include <cstdint>

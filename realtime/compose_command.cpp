@@ -14,6 +14,7 @@
 #include "atlas/atomic_folder.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
+#include "atlas/json_place.h"
 #include "raytrace/streak_geometry.h"
 #include "realtime/background_clip.h"
 #include "realtime/frame_layers.h"
@@ -50,7 +51,8 @@ BackgroundFiles background_files(const ComposeFlags& flags) {
 // A run, and what it has made so far.
 struct Run {
   const ComposeFlags& flags;
-  Scene scene;  // without its surfaces: drops have the renderer's
+  std::string scene_sha256;  // of the file as it was read
+  Scene scene;               // without its surfaces: drops have the renderer's
   const StreakAtlas& atlas;
   RainRenderer& renderer;
   DropNumbers numbers = {};
@@ -97,8 +99,7 @@ std::size_t list_frame(Run& run, DropFiles& files, int k, double time_s, const I
   scene.camera = camera_at(run.scene, time_s);
   const auto sets = static_cast<int>(run.atlas.layers.size());
   auto drops = run.renderer.drops(sets, time_s);
-  for (Drop& drop : drops)  // the number of its set in the database
-    drop.oscillation = run.atlas.layers[static_cast<std::size_t>(drop.oscillation)].oscillation;
+  number_sets(set_numbers(run.atlas), drops);
   const FrameDrops listed = {
       k, time_s, list_drops(scene, streak_geometry(run.atlas), drops, depth_m, run.numbers)};
   append(files, drops_csv_rows(listed), particles_xml_frame(scene, listed));
@@ -170,7 +171,7 @@ std::string document(const Run& run) {
   const Json json = {{"version", 1},
                      {"pluvia", PLUVIA_VERSION},
                      {"scene", flags.scene},
-                     {"scene_sha256", sha256(read_file(flags.scene))},
+                     {"scene_sha256", run.scene_sha256},
                      {"picture", flags.image.empty() ? flags.video : flags.image},
                      {"depth", flags.depth},
                      {"database_sha256", run.atlas.database_sha256},
@@ -181,7 +182,7 @@ std::string document(const Run& run) {
                      {"passes", passes},
                      {"notes", notes},
                      {"frames", run.frames}};
-  return json.dump(1) + "\n";
+  return document_text(json, 1);
 }
 
 // libx264 in its common format takes even sizes only.
@@ -266,6 +267,7 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   check_flags(flags);
   if (!flags.plan && std::filesystem::exists(flags.out))
     throw std::runtime_error(flags.out + ": is there already; expected a folder to be made");
+  const std::string scene_sha256 = sha256(read_file(flags.scene));
   Scene scene = read_scene(flags.scene);
   BackgroundClip background(background_files(flags), scene.camera, flags.scene);
   if (!background.next())
@@ -277,7 +279,11 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   if (flags.plan) return plan_text(renderer.plan());
   scene.mesh = {};
   scene.moving.clear();
-  Run run = {.flags = flags, .scene = std::move(scene), .atlas = atlas, .renderer = renderer};
+  Run run = {.flags = flags,
+             .scene_sha256 = scene_sha256,
+             .scene = std::move(scene),
+             .atlas = atlas,
+             .renderer = renderer};
   build_folder_atomically(flags.out, [&](const std::string& temporary) {
     compose_all(run, background, temporary, progress);
   });

@@ -8,6 +8,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "atlas/json_place.h"
+
 namespace pluvia {
 namespace {
 
@@ -18,9 +20,13 @@ std::size_t buffer_bytes(const GlBuffer& buffer) {
 }
 
 std::size_t texture_bytes(const GlTexture& texture) {
+  GLint levels = 0, target = 0;
+  glGetTextureParameteriv(texture.id(), GL_TEXTURE_IMMUTABLE_LEVELS, &levels);
+  glGetTextureParameteriv(texture.id(), GL_TEXTURE_TARGET, &target);
+  GLint level = 0;
   const auto value = [&](GLenum name) {
     GLint result = 0;
-    glGetTextureLevelParameteriv(texture.id(), 0, name, &result);
+    glGetTextureLevelParameteriv(texture.id(), level, name, &result);
     return static_cast<std::size_t>(result);
   };
   constexpr std::array<GLenum, 5> channels = {GL_TEXTURE_RED_SIZE, GL_TEXTURE_GREEN_SIZE,
@@ -29,7 +35,11 @@ std::size_t texture_bytes(const GlTexture& texture) {
   const std::size_t bits =
       std::accumulate(channels.begin(), channels.end(), std::size_t{0},
                       [&](std::size_t sum, GLenum channel) { return sum + value(channel); });
-  return value(GL_TEXTURE_WIDTH) * value(GL_TEXTURE_HEIGHT) * value(GL_TEXTURE_DEPTH) * bits / 8;
+  std::size_t texels = 0;
+  for (; level < levels; ++level)
+    texels += value(GL_TEXTURE_WIDTH) * value(GL_TEXTURE_HEIGHT) * value(GL_TEXTURE_DEPTH);
+  const std::size_t faces = target == GL_TEXTURE_CUBE_MAP ? 6 : 1;  // its depth is of one face
+  return faces * texels * bits / 8;
 }
 
 }  // namespace
@@ -91,7 +101,7 @@ std::string costs_json(const FramePlan& plan, const std::vector<std::vector<Pass
     }
     json["frames"].push_back(costs);
   }
-  return json.dump(1) + "\n";
+  return document_text(json, 1);
 }
 
 }  // namespace pluvia

@@ -246,7 +246,8 @@ void upload_groups(RainPass& pass, const Scene& scene, const ShadowPass& shadows
   pass.wind ? choose_moving(pass, scene, time_s) : choose_cells(pass, scene, time_s);
   if (pass.groups.size() > pass.group_capacity) {
     pass.group_capacity = pass.groups.size() + pass.groups.size() / 4;
-    pass.group_buffer = make_buffer(nullptr, pass.group_capacity * sizeof(GpuDropGroup));
+    pass.group_buffer = make_storage(fmt::format("rain: {} groups of drops", pass.groups.size()),
+                                     pass.group_capacity * sizeof(GpuDropGroup));
     pass.group_starts =
         make_buffer(nullptr, (thread_groups(pass.group_capacity) + 1) * sizeof(GLuint));
   }

@@ -1,5 +1,6 @@
 #include "realtime/render_command.h"
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <vector>
@@ -123,10 +124,25 @@ CLI::App* add_render(CLI::App& app, RenderFlags& flags) {
 
 namespace {
 
+std::string frame_name(const RenderFlags& flags, int k) {
+  return fmt::format("{}/frame_{:04d}", flags.out, k);
+}
+
 // Whether a video can stand beside the frames: libx264 in its common format takes even sizes only.
 bool has_video(const RenderFlags& flags, const Camera& camera) {
   const bool even = camera.width_px % 2 == 0 && camera.height_px % 2 == 0;
   return flags.frames > 1 && even && ffmpeg_is_present();
+}
+
+// What an earlier run has left of frames that this one has not, and its video where there is none.
+void remove_what_is_left(const RenderFlags& flags, bool has_video) {
+  for (int k = flags.frames;; ++k) {
+    const std::string name = frame_name(flags, k);
+    const bool exr = std::filesystem::remove(name + ".exr");
+    const bool png = std::filesystem::remove(name + ".png");
+    if (!exr && !png) break;
+  }
+  if (!has_video) std::filesystem::remove(flags.out + "/rain.mp4");
 }
 
 std::string mean_costs(const std::vector<std::vector<PassCost>>& costs) {
@@ -149,6 +165,8 @@ std::string render_frames(const RenderFlags& flags,
   if (flags.plan) return plan_text(renderer.plan());
   if (flags.out.empty()) throw CLI::ValidationError("--out", "is required without --plan");
   make_folder(flags.out);
+  // Written last: a folder without it is not of one run.
+  std::filesystem::remove(flags.out + "/costs.json");
   std::optional<VideoWriter> video;
   if (has_video(flags, scene.camera))
     video.emplace(flags.out + "/rain.mp4", scene.camera.width_px, scene.camera.height_px,
@@ -158,13 +176,14 @@ std::string render_frames(const RenderFlags& flags,
     const Frame frame =
         renderer.render(flags.start_s + static_cast<double>(k) / flags.frames_per_s);
     costs.push_back(frame.costs);
-    const std::string name = fmt::format("{}/frame_{:04d}", flags.out, k);
+    const std::string name = frame_name(flags, k);
     write_exr(name + ".exr", frame.color);
     write_png(name + ".png", frame.color, scene.camera.white_cd_m2);
     if (video) video->add(frame.color, scene.camera.white_cd_m2);
     progress(name, static_cast<double>(k + 1) / flags.frames);
   }
   if (video) video->finish();
+  remove_what_is_left(flags, video.has_value());
   write_file_atomically(flags.out + "/costs.json", costs_json(renderer.plan(), costs));
   std::string text =
       fmt::format("{}: {} frames{}{} a frame on {}\n", flags.out, flags.frames,

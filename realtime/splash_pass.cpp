@@ -117,10 +117,12 @@ void add_single_drops(SplashPass& pass, const Scene& scene, const RainPass& rain
 }
 
 template <class T>
-void upload(GlBuffer& buffer, std::size_t& capacity, const std::vector<T>& values) {
+void upload(const char* what, GlBuffer& buffer, std::size_t& capacity,
+            const std::vector<T>& values) {
   if (values.size() > capacity) {
     capacity = values.size() + values.size() / 4;
-    buffer = make_buffer(nullptr, capacity * sizeof(T));
+    buffer =
+        make_storage(fmt::format("splashes: {} {}", values.size(), what), capacity * sizeof(T));
   }
   update_buffer(buffer, values);
 }
@@ -145,9 +147,9 @@ void set_frame(SplashPass& pass, const Scene& scene, const RainPass& rain, doubl
   pass.rain.box_max_m = glm::vec4(1e30f);
   pass.rain.counts.x = 1 << 16;  // a drop's "oscillation set": 16 bits of its own
   pass.rain.sizes.x = static_cast<int>(pass.groups.size());
-  upload(pass.size_buffer, pass.size_capacity, pass.sizes);
-  upload(pass.splash_size_buffer, pass.slab_capacity, pass.slab_sizes);
-  upload(pass.group_buffer, pass.group_capacity, pass.groups);
+  upload("sizes", pass.size_buffer, pass.size_capacity, pass.sizes);
+  upload("slabs", pass.splash_size_buffer, pass.slab_capacity, pass.slab_sizes);
+  upload("groups of drops", pass.group_buffer, pass.group_capacity, pass.groups);
   glNamedBufferSubData(pass.rain_uniforms.id(), 0, sizeof(pass.rain), &pass.rain);
   glNamedBufferSubData(pass.uniforms.id(), 0, sizeof(pass.values), &pass.values);
 }

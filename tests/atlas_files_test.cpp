@@ -83,6 +83,10 @@ TEST(AtlasFiles, AtlasFilesThatDoNotBelongTogetherAreRefused) {
   EXPECT_THAT(
       message_with("\"height_px\": 16", "\"height_px\": 17"),
       StartsWith("osc00.exr: part point_mip0: missing or of another shape; expected 24 x 88"));
+  EXPECT_THAT(message_with("\"path_bottom_row\": 28.75", "\"path_bottom_row\": 8.5"),
+              HasSubstr("path_bottom_row: 8.5; expected more than path_top_row 8.5"));
+  EXPECT_EQ(message_with("\"cell_width_px\": 8", "\"rest_from_sky\": 1, \"cell_width_px\": 8"),
+            "atlas.json: rest_from_sky: 1; expected true or false");
   // With fewer levels the views would lie closer together.
   EXPECT_EQ(message_with("\"levels\": 4", "\"levels\": 3"),
             "atlas.json: views[2].row_px: 64; expected an integer 60 .. 60");

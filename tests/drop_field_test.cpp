@@ -366,5 +366,18 @@ TEST(DropField, ATimeBeforeTheStartOrWithoutNumberIsRefused) {
         << time_s;
 }
 
+TEST(DropField, DropsGetTheNumbersOfTheSetsThatThereAre) {
+  Scene scene = rain_scene(1);
+  scene.drops = {{.centre_m = {0, 8, 6}, .oscillation = 4}};  // the second of three
+  const std::vector<int> sets = {2, 3, 9};
+  const std::vector<Drop> places = field_of(scene, 0.3, 3);
+  const std::vector<Drop> drops = drops_with_sets(scene, sets, 0.3);
+  ASSERT_EQ(drops.size(), places.size());
+  ASSERT_GT(drops.size(), 1000u);
+  for (std::size_t i = 0; i < drops.size(); ++i)
+    ASSERT_EQ(drops[i].oscillation, sets[static_cast<std::size_t>(places[i].oscillation)]);
+  EXPECT_EQ(drops.back().oscillation, 3);
+}
+
 }  // namespace
 }  // namespace pluvia

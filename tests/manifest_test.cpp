@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "atlas/atomic_file.h"
+#include "atlas/json_place.h"
 #include "atlas/streak_database.h"
 #include "tests/temporary_folder.h"
 
@@ -86,6 +87,11 @@ TEST(Manifest, ManifestIsReadBackExactly) {
   }
   write_manifest(folder.path(), again);
   EXPECT_EQ(read_file(folder / "manifest.json"), text);
+}
+
+TEST(Documents, NamesThatAreNoUtf8AreReplacedAndNotRefused) {
+  EXPECT_EQ(document_text({{"file", "caf\xe9.png"}}, 1),
+            "{\n \"file\": \"caf\xef\xbf\xbd.png\"\n}\n");
 }
 
 TEST(Manifest, ManifestOfAnotherVersionOrShapeIsRefusedWithItsKey) {

@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "atlas/atomic_file.h"
+#include "oscillation/equilibrium.h"
 #include "oscillation/water.h"
 #include "raytrace/preset.h"
 #include "tests/preset_files.h"
@@ -353,6 +355,19 @@ TEST(PhysicalPreset, ShippedPresetIsRead) {
   EXPECT_EQ(diameters_of(preset).back(), 6000);
   EXPECT_EQ(preset.view_elevations_deg.front(), -80);
   EXPECT_GE(preset.physical->span_s, 2 * preset.exposure_s);
+}
+
+TEST(PhysicalPreset, DropsBeyondTheTableOfShapesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string preset = write_physical(folder.path());
+  std::string table = read_file(folder / "equilibrium.csv");
+  for (int rows = 0; rows < 11; ++rows) table.resize(table.rfind('\n', table.size() - 2) + 1);
+  write_file_atomically(folder / "equilibrium.csv", table);
+  const double largest_mm =
+      1e3 * read_equilibrium_table(folder / "equilibrium.csv").diameter_m.back();
+  ASSERT_LT(largest_mm, 3);
+  EXPECT_THAT(message_of([&] { read_preset(preset); }),
+              testing::HasSubstr("preset.toml:6:1: diameter 3 mm; expected at most "));
 }
 
 }  // namespace

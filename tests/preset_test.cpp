@@ -77,6 +77,8 @@ TEST(Preset, RefusalsNameFileLineColumnAndWhatIsExpected) {
       {"[80]", "[-20]", "preset.toml", ":21:1: "},
       {"[0, 3]", "[]", "preset.toml", ":22:1: oscillations is empty; expected"},
       {"[0, 3]", "[0, 4]", "preset.toml", ":22:1: oscillation 4; expected one of"},
+      {"[0, 3]", "[3, 0, 3]", "preset.toml", ":22:1: oscillations: 3 again; expected each once"},
+      {"[80]", "[80, 80]", "preset.toml", ":21:1: view_elevations_deg: 80 again; expected"},
       {"max_order = 2", "max_order = 2\ngrid_step_deg = 15", "preset.toml",
        ":18:1: grid_step_deg = 15; expected 20, 10 or 5"},
       {"max_order = 2", "max_order = 2\ngrid_step_deg = 40", "preset.toml",

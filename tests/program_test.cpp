@@ -272,6 +272,21 @@ TEST_F(Program, RenderWritesFramesAndKeepsWhatElseLiesThere) {
   EXPECT_THAT(read_file(folder / "frames/costs.json"), HasSubstr("\"pass\": \"rain\""));
 }
 
+TEST_F(Program, FramesOfALongerRunDoNotStayBesideThoseOfAShorterOne) {
+  PLUVIA_NEEDS_OPENGL();
+  const std::string scene = write_scene("[environment]\nuniform_cd_m2 = [1, 1, 1]");
+  make_folder(folder / "frames");
+  write_file_atomically(folder / "frames/frame_best.png", "mine");
+  ASSERT_EQ(run_pluvia(render_flags(scene) + " --frames 3").code, 0);
+  EXPECT_TRUE(fs::exists(folder / "frames/frame_0002.exr"));
+  ASSERT_EQ(run_pluvia(render_flags(scene)).code, 0);
+  EXPECT_TRUE(fs::exists(folder / "frames/frame_0000.exr"));
+  for (const char* name :
+       {"frame_0001.exr", "frame_0001.png", "frame_0002.exr", "frame_0002.png", "rain.mp4"})
+    EXPECT_FALSE(fs::exists(fs::path(folder / "frames") / name)) << name;
+  EXPECT_EQ(read_file(folder / "frames/frame_best.png"), "mine");
+}
+
 TEST_F(Program, RenderRefusesBadScenes) {
   expect_complaint(render_flags(folder / "none.toml"), 1, "none.toml: cannot read");
   expect_complaint(render_flags(write_scene("[environmnt]")), 1, "scene.toml:7:");

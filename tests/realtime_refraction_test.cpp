@@ -196,6 +196,25 @@ std::vector<std::string> named(const FramePlan& plan) {
   return names;
 }
 
+TEST(Refraction, ThePlanCountsEveryFaceAndLevelOfTheCapture) {
+  PLUVIA_NEEDS_OPENGL();
+  RenderOptions options = refracting();
+  options.capture = SceneCapture::cube;
+  options.capture_px = 64;
+  const Scene scene = rainy_scene(100);
+  RainRenderer renderer(scene, masked_atlas(), options);
+  std::size_t texels = 0;
+  for (int size = 64; size >= 1; size /= 2) texels += static_cast<std::size_t>(6 * size * size);
+  for (const PlannedPass& pass : renderer.plan().passes) {
+    for (const PlannedResource& resource : pass.resources) {
+      if (pass.name == "surroundings" && resource.name == "picture") {
+        EXPECT_EQ(resource.bytes, 16 * texels);
+      }
+    }
+  }
+  EXPECT_THAT(named(renderer.plan()), Contains("surroundings"));
+}
+
 TEST(Refraction, OtherLooksHaveNoneOfIt) {
   PLUVIA_NEEDS_OPENGL();
   const Scene scene = rainy_scene(100);

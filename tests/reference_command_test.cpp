@@ -108,12 +108,37 @@ TEST_F(ReferenceCommand, WrongUseEndsWithTwoAndWrongInputWithOne) {
   expect_complaint(command("no/folder/a.exr"), 1, "no/folder/a.exr.sums: cannot write");
   expect_complaint(command("a.exr", "--preset nowhere.toml"), 1, "nowhere.toml: cannot read");
   expect_complaint(command("a.exr", "--budget 0.001"), 1, "a longer --budget");
+  expect_complaint(command("a.exr", "--width-px 16384"), 1, "27307 rows; expected at most 16384");
+  const std::string lone = R"([[drop]]
+centre_m = [0.3, 1, 1.7]
+radius_m = 0.0048
+)";
+  write_scene(std::string(scene_text) + lone);
+  expect_complaint(command("a.exr", "--preset " PLUVIA_SOURCE_DIR "/data/presets/physical.toml"), 1,
+                   "scene.toml: diameter_m = 0.0096; expected 0 < diameter_m <= 0.009");
+  write_scene(scene_text);
   ASSERT_EQ(run_pluvia(command("b.exr", "--error 0.5")).code, 0);
   expect_complaint(command("b.exr", "--seed 2"), 1, "b.exr.sums: sums of another picture");
   write_scene(std::string(scene_text) + "[fog]\nextinction_per_m = 0.01\n");
   expect_complaint(command("c.exr"), 1, "scene.toml: [fog]; expected none");
   write_scene(std::string(scene_text) + "[depth_of_field]\naperture_m = 0.01\n");
   expect_complaint(command("d.exr"), 1, "scene.toml: [depth_of_field]; expected none");
+}
+
+TEST_F(ReferenceCommand, DropsHaveTheSetsOfThePresetByNumber) {
+  std::string text = read_file(PLUVIA_SOURCE_DIR "/data/presets/gn2006.toml");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("../oscillations", PLUVIA_SOURCE_DIR "/data/oscillations");
+  write_file_atomically(folder / "all.toml", text);
+  replace("[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]", "[3]");
+  write_file_atomically(folder / "third.toml", text);
+  for (const char* preset : {"all", "third"}) {  // the scene's drop is of set 3
+    const std::string flags = fmt::format("--error 0.5 --preset {}.toml", folder / preset);
+    ASSERT_EQ(run_pluvia(command(fmt::format("{}.exr", preset), flags)).code, 0);
+  }
+  EXPECT_EQ(read_file(folder / "all.exr"), read_file(folder / "third.exr"));
 }
 
 TEST_F(ReferenceCommand, SurfacesStandWhereTheyAreAtTheFramesTime) {

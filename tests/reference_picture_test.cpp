@@ -176,6 +176,24 @@ TEST(ReferencePicture, PixelsBrighterThanWhiteCountAsWhite) {
   }
 }
 
+TEST(ReferencePicture, RainThatChangesNothingEndsToo) {
+  // Under an even sky a drop is as bright as what is behind it: no signal for the noise to be held
+  // against.
+  Scene scene = dark_scene(16, 24);
+  scene.environment.uniform_cd_m2 = {1, 1, 1};
+  const auto made = reference_scene(scene, two_drops(scene));
+  ReferenceSums sums = empty_sums(*made);
+  trace_reference(*made, {.error = 0.1, .most_passes = 20000}, sums);
+  const ReferenceErrors errors = estimated_errors(*made, sums);
+  EXPECT_LT(sums.passes, 20000);
+  EXPECT_GE(errors.rain, 1);
+  EXPECT_LE(errors.rain_noise, 0.01);
+  EXPECT_TRUE(meets(errors, 0.1));
+  EXPECT_FALSE(meets(errors, 0.01 * std::sqrt(errors.rain_noise)));
+  EXPECT_FALSE(meets({0.05, 0.5, 1e-9}, 0.1)) << "rain that can be told from none";
+  EXPECT_FALSE(meets({0.2, 0.05, 1e-9}, 0.1)) << "the surfaces";
+}
+
 TEST(ReferencePicture, ItEndsAtTheErrorThatIsAskedFor) {
   const Scene scene = small_scene();
   const auto made = reference_scene(scene, two_drops(scene));

@@ -64,7 +64,7 @@ inline ShardRecord write_and_record(const std::string& folder, const Shard& shar
           .width_px = shard.width_px,
           .height_px = shard.height_px,
           .path_top_row = 8.5,
-          .path_bottom_row = shard.height_px - 8.25};
+          .path_bottom_row = shard.height_px - 4.25};
 }
 
 // Writes the database; `change` may alter each shard before it is written.

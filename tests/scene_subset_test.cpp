@@ -233,6 +233,17 @@ TEST(SceneSubset, ADropStraightBetweenCameraAndLampNeedsTheLightBehindIt) {
   EXPECT_THAT(lights, testing::ElementsAre(LightDirection{-10, 170}, LightDirection{10, 170}));
 }
 
+TEST(SceneSubset, FinerGridsOfLightsArePickedFromToo) {
+  const Scene scene = small_scene(false);
+  for (const int step_deg : {10, 5}) {
+    Preset preset = full_preset(false);
+    preset.lights = light_grid(step_deg);
+    const SceneSubset subset = scene_subset(preset, scene, "s");
+    EXPECT_GT(expect_sufficient(preset, scene, subset.preset), 100) << step_deg;
+    EXPECT_LT(subset.preset.lights.size(), preset.lights.size() / 2) << step_deg;
+  }
+}
+
 TEST(SceneSubset, SizesAndBandsAreThoseOfTheScene) {
   Preset preset = full_preset(true);
   preset.physical->bands = rgb_bands();

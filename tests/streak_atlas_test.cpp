@@ -61,6 +61,38 @@ TEST(StreakAtlas, EveryPixelOfTheDatabaseIsInItsCellAtLevelZero) {
   }
 }
 
+TEST(StreakAtlas, WhatIsLeftAfterTheLastOrderComesFromTheSky) {
+  const TemporaryFolder folder;
+  Manifest manifest = write_database(folder.path(), {.harmonics = 4});
+  const StreakAtlas photographs = pack_database(folder.path());
+  EXPECT_FALSE(photographs.rest_from_sky) << "a database without orders has all light";
+  manifest.parameters = R"({"max_order": 3})";
+  write_manifest(folder.path(), manifest);
+  const StreakAtlas orders = pack_database(folder.path(), {.rest_from_sky = false});
+  const StreakAtlas whole = pack_database(folder.path());
+  EXPECT_FALSE(orders.rest_from_sky);
+  EXPECT_TRUE(whole.rest_from_sky);
+  for (std::size_t i = 0; i < whole.layers.size(); ++i) {
+    const AtlasLayer &all = whole.layers[i], &some = orders.layers[i];
+    expect_equal(some.env, photographs.layers[i].env);
+    expect_equal(some.transfer, photographs.layers[i].transfer);
+    expect_equal(all.point, some.point);
+    expect_equal(all.env, all.coverage);
+    for (std::size_t view = 0; view < whole.views.size(); ++view) {
+      const CellRect cell = cell_rect(whole, static_cast<int>(view), 0, 0);
+      for (int y = cell.y; y < cell.y + cell.height; ++y) {
+        for (int x = 0; x < cell.width; ++x) {
+          ASSERT_FLOAT_EQ(all.transfer[0].at(x, y),
+                          all.coverage[0].at(x, y) * 0.28209479f);  // 1 / sqrt(4 pi)
+          for (int k = 1; k < 4; ++k)
+            ASSERT_EQ(all.transfer[0].at(k * cell.width + x, y),
+                      some.transfer[0].at(k * cell.width + x, y));
+        }
+      }
+    }
+  }
+}
+
 TEST(StreakAtlas, TablesComeFromTheManifest) {
   const TemporaryFolder folder;
   const Manifest manifest = write_database(folder.path());
@@ -81,7 +113,7 @@ TEST(StreakAtlas, TablesComeFromTheManifest) {
     EXPECT_EQ(atlas.views[i].height_px, Sample().heights[i]);
     EXPECT_EQ(atlas.views[i].row_px, rows[i]);
     EXPECT_EQ(atlas.views[i].path_top_row, 8.5);
-    EXPECT_EQ(atlas.views[i].path_bottom_row, Sample().heights[i] - 8.25);
+    EXPECT_EQ(atlas.views[i].path_bottom_row, Sample().heights[i] - 4.25);
   }
   for (int level = 0; level < 4; ++level) {
     const auto l = static_cast<std::size_t>(level);
@@ -207,7 +239,7 @@ TEST(StreakAtlas, PicturesThatDoNotFitOneTableAreRefused) {
                                 if (is_last(shard)) cut_rows(shard, 8);
                               }),
               StartsWith("manifest.json: shard d3200_osc02_v+40: 8 x 8 pixels, path rows 8.5 .. "
-                         "-0.25; expected 8 x 16, 8.5 .. 7.75"));
+                         "3.75; expected 8 x 16, 8.5 .. 11.75"));
 }
 
 TEST(StreakAtlas, ShardsWithOtherPartsThanTheFirstAreRefused) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,6 +84,14 @@ void compare_cell(const StreakAtlas& atlas, const CellSource& source, WorstCells
   }
 }
 
+// Under a sky of radiance Y_00 a drop that keeps no light is 1 / sqrt(4 pi) where it is.
+std::vector<float> under_first_harmonic(const std::vector<float>& coverage) {
+  std::vector<float> values;
+  for (const float share : coverage)
+    values.push_back(static_cast<float>(share / std::sqrt(4 * std::numbers::pi)));
+  return values;
+}
+
 // Every cell of one row of cells. A light that the database does not have is as wrong as can be.
 void compare_view(const StreakAtlas& atlas, const AtlasLayer& layer, int view, const Shard& shard,
                   WorstCells& worst) {
@@ -98,13 +107,17 @@ void compare_view(const StreakAtlas& atlas, const AtlasLayer& layer, int view, c
     compare_cell(atlas, {layer.point, view, static_cast<int>(i), mean, name}, worst);
   }
   for (std::size_t i = 0; i < shard.transfer.size(); ++i) {
+    const bool whole = atlas.rest_from_sky && i == 0;
     compare_cell(atlas,
-                 {layer.transfer, view, static_cast<int>(i), shard.transfer[i].mean,
+                 {layer.transfer, view, static_cast<int>(i),
+                  whole ? under_first_harmonic(shard.coverage.mean) : shard.transfer[i].mean,
                   shown + transfer_name(i)},
                  worst);
   }
-  if (!shard.env.mean.empty())
-    compare_cell(atlas, {layer.env, view, 0, shard.env.mean, shown + "env"}, worst);
+  if (!shard.env.mean.empty()) {
+    const auto& mean = atlas.rest_from_sky ? shard.coverage.mean : shard.env.mean;
+    compare_cell(atlas, {layer.env, view, 0, mean, shown + "env"}, worst);
+  }
   compare_cell(atlas, {layer.coverage, view, 0, shard.coverage.mean, shown + "coverage"}, worst);
 }
 

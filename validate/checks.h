@@ -80,14 +80,15 @@ void add_png_check(const std::string& prefix, const std::vector<unsigned char>& 
 
 // Single drops in real time against the reference tracer, drop by drop (validate/drop_by_drop.h),
 // nine sets under suns that the database holds, between those, and under a uniform sky:
-// reference.flux.lamps, .lamps.sum, .sky and .between, reference.picture, and what each shortcut
-// costs. preset: how the atlas's drops oscillate, the cone of its lights. An atlas
-// without the views 0, 20 and 40 degrees, ten sets or a sky is told under `skipped`.
+// reference.flux.lamps, .lamps.sum, .direct, .between and .sky, reference.picture, and what each
+// shortcut costs. preset: how the atlas's drops oscillate, the cone of its lights. An atlas without
+// the views 0, 20 and 40 degrees, ten sets or a sky is told under `skipped`.
 void add_reference_checks(const Preset& preset, const StreakAtlas& atlas, const Progress& progress,
                           Report& report);
 
-// What each approximation costs (validate/price_tags.h), a table for each kind. brief: single
-// streaks of one drop, some 20 CPU s; full: of more drops, and the grids of lights and views, sizes
+// What each approximation costs (validate/price_tags.h), a table for each kind. brief: two
+// drops from one side under every twelfth light, some 20 CPU s; full: from two sides under all, and
+// the grids of lights and views, sizes
 // of drops, degrees of the sky, some minutes. data_folder: of the sky's map.
 enum class StudyDepth { brief, full };
 void add_streak_prices(const Preset& preset, const std::string& data_folder, StudyDepth depth,

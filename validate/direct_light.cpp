@@ -23,8 +23,7 @@ struct PlacedDrop {
 };
 
 std::vector<PlacedDrop> placed_drops(const Scene& scene, const StreakAtlas& atlas) {
-  const auto drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
+  const auto drops = drops_with_sets(scene, set_numbers(atlas), 0);
   std::vector<PlacedDrop> result;
   for (const Drop& drop : drops) {
     const auto placed = place_streak(scene, drop, streak_geometry(atlas));

@@ -132,8 +132,7 @@ Scene scene_of(const DropsScene& drops, const StreakAtlas& atlas) {
 }
 
 std::vector<StreakMask> rectangles_of(const Scene& scene, const StreakAtlas& atlas) {
-  const auto drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
+  const auto drops = drops_with_sets(scene, set_numbers(atlas), 0);
   std::vector<StreakMask> masks;
   for (const Drop& drop : drops) {
     const auto placed = place_streak(scene, drop, streak_geometry(atlas));
@@ -151,10 +150,10 @@ std::vector<StreakMask> rectangles_of(const Scene& scene, const StreakAtlas& atl
   return masks;
 }
 
-ReferenceLight reference_light(const Scene& scene, const Preset& preset, int sets,
-                               const std::vector<StreakMask>& masks,
+ReferenceLight reference_light(const Scene& scene, const Preset& preset,
+                               const std::vector<int>& sets, const std::vector<StreakMask>& masks,
                                const ReferenceOptions& options, const ReferenceSettings& settings) {
-  const auto drops = drop_field(scene, make_rain_space(scene), sets, 0);
+  const auto drops = drops_with_sets(scene, sets, 0);
   const auto traced = make_reference_scene(scene, drops, preset, options);
   ReferenceSums sums = empty_sums(*traced);
   PassSums passes;

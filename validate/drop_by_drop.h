@@ -61,8 +61,9 @@ struct ReferenceLight {
   int passes = 0;
 };
 
-ReferenceLight reference_light(const Scene& scene, const Preset& preset, int sets,
-                               const std::vector<StreakMask>& masks,
+// sets: of the atlas.
+ReferenceLight reference_light(const Scene& scene, const Preset& preset,
+                               const std::vector<int>& sets, const std::vector<StreakMask>& masks,
                                const ReferenceOptions& options, const ReferenceSettings& settings);
 
 // picture: S, RGB.

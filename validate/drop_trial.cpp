@@ -48,8 +48,8 @@ DropTrial trial_of(const DropsScene& drops, const StreakAtlas& atlas, const Pres
                    const ReferenceOptions& options, const ReferenceSettings& settings) {
   DropTrial trial = {.scene = scene_of(drops, atlas)};
   trial.masks = rectangles_of(trial.scene, atlas);
-  trial.truth = reference_light(trial.scene, preset, static_cast<int>(atlas.layers.size()),
-                                trial.masks, options, settings);
+  trial.truth =
+      reference_light(trial.scene, preset, set_numbers(atlas), trial.masks, options, settings);
   return trial;
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "atlas/atomic_file.h"
+#include "atlas/json_place.h"
 #include "validate/fit_json.h"
 
 namespace pluvia {
@@ -191,7 +192,7 @@ void write_factor_fit(const std::string& file, const FactorFit& fit,
                                              {"log10_noise", amplitudes.log10_noise},
                                              {"traced", amplitudes.traced},
                                              {"converged", amplitudes.converged}}}};
-  write_file_atomically(file, document.dump(2) + "\n");
+  write_file_atomically(file, document_text(document, 2));
 }
 
 }  // namespace pluvia

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "atlas/atomic_file.h"
+#include "atlas/json_place.h"
 
 namespace pluvia {
 
@@ -59,7 +60,7 @@ void write_outline_fit(const std::string& file, const Outlines& outlines, const 
   for (const DropShape& drop : fit.alternatives)
     document["alternatives"].push_back(drop_json(drop));
   if (fit.scatter_sigma > 0) document["scatter_sigma"] = fit.scatter_sigma;
-  write_file_atomically(file, document.dump(2) + "\n");
+  write_file_atomically(file, document_text(document, 2));
 }
 
 void write_streak_fit(const std::string& file, const std::string& source, const StreakInput& input,
@@ -85,7 +86,7 @@ void write_streak_fit(const std::string& file, const std::string& source, const 
                                            {"residual", fit.residual},
                                            {"traced", fit.traced},
                                            {"converged", fit.converged}};
-  write_file_atomically(file, document.dump(2) + "\n");
+  write_file_atomically(file, document_text(document, 2));
 }
 
 std::string estimate_line(const Estimate& estimate) {

@@ -102,8 +102,7 @@ void add_frame_check(const CheckedFrame& checked, const StreakAtlas& atlas, Repo
     report.timings_s.emplace_back("real-time " + checked.prefix + ": " + cost.pass, cost.wall_s);
 
   const auto start = Clock::now();
-  const auto drops = drop_field(scene, make_rain_space(scene),
-                                static_cast<int>(atlas.layers.size()), checked.time_s);
+  const auto drops = drops_with_sets(scene, set_numbers(atlas), checked.time_s);
   const SkyLight sky = sky_of(scene, atlas, RenderOptions{}.sky_degree);
   const FrameComposite truth =
       composite_frame(scene, atlas, drops, sky, frame.background, frame.depth_m);

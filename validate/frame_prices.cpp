@@ -35,8 +35,7 @@ Drawn drawn(const Scene& scene, const StreakAtlas& atlas, const RenderOptions& o
 }
 
 Image composited(const Scene& scene, const StreakAtlas& atlas, const Drawn& behind) {
-  const auto drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
+  const auto drops = drops_with_sets(scene, set_numbers(atlas), 0);
   return composite_frame(scene, atlas, drops, sky_of(scene, atlas, RenderOptions{}.sky_degree),
                          behind.background, behind.depth_m)
       .rain;
@@ -167,15 +166,14 @@ std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset
   constexpr double seen_from_m = 4;
   constexpr std::array<double, 5> lamps_m = {4, 2, 1, 0.5, 0.25};
   const ReferenceSettings settings = settings_at(seen_from_m);
-  const int count = static_cast<int>(atlas.layers.size());
   std::array<std::vector<StreakFlux>, lamps_m.size()> fluxes;
   for (const int set : sets) {
     const Scene far = scene_of(one_drop(set, seen_from_m), atlas);
     const auto masks = rectangles_of(far, atlas);
-    const auto ours = reference_light(far, preset, count, masks, options, settings);
+    const auto ours = reference_light(far, preset, set_numbers(atlas), masks, options, settings);
     for (std::size_t k = 0; k < lamps_m.size(); ++k) {
-      const auto truth =
-          reference_light(with_lamps(far, lamps_m[k]), preset, count, masks, options, settings);
+      const auto truth = reference_light(with_lamps(far, lamps_m[k]), preset, set_numbers(atlas),
+                                         masks, options, settings);
       for (std::size_t c = 0; c < 3; ++c)
         fluxes[k].push_back({ours.light[0][c], truth.light[0][c],
                              std::hypot(ours.standard_error[0][c], truth.standard_error[0][c])});
@@ -232,8 +230,7 @@ Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder
 ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                const ReferenceOptions& options, const Preset& preset,
                                double samples_per_px, int passes) {
-  const auto drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), 0);
+  const auto drops = drops_with_sets(scene, set_numbers(atlas), 0);
   const auto traced = make_reference_scene(scene, drops, preset, options);
   const ReferenceSettings settings = {.error = 1e-9,
                                       .learning_passes = 4,

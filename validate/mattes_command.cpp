@@ -13,6 +13,7 @@
 #include "atlas/clip_files.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
+#include "atlas/json_place.h"
 #include "validate/rain_strokes.h"
 
 namespace pluvia {
@@ -111,7 +112,7 @@ std::string document(const MattesFlags& flags, const RainMattes& mattes,
                      {"energy_at_start", energy_json(mattes.start)},
                      {"iterations", iterations_json(mattes.iterations)},
                      {"strokes", strokes_json(strokes)}};
-  return json.dump(2) + "\n";
+  return document_text(json, 2);
 }
 
 void cut(Image& frame, float most) {

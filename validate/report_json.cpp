@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "atlas/json_place.h"
 #include "validate/report_parts.h"
 
 namespace pluvia {
@@ -42,7 +43,7 @@ std::string report_json(const Report& report) {
                      {"skipped", report.skipped},
                      {"not_covered", report.not_covered}};
   // A name from outside may hold bytes that are no UTF-8: they become U+FFFD, not an exception.
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return document_text(root, 2);
 }
 
 }  // namespace pluvia

@@ -141,7 +141,7 @@ std::string sweep_json(const Sweep& sweep) {
                      {"commands", sweep.commands},
                      {"skipped", sweep.skipped}};
   // A name from outside may hold bytes that are no UTF-8: they become U+FFFD, not an exception.
-  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return document_text(root, 2);
 }
 
 Sweep read_sweep(const std::string& file) {

@@ -50,7 +50,9 @@ Hit first_hit(vec3 from_m, vec3 way_m) {
   ivec2 cell = ivec2(floor(from_px));
   int crossed = -1;
   float begin = 0.0;
-  while (begin < 1.0) {
+  // No more borders than the way has: far from the grid's corner a float may not tell two apart.
+  int borders = int(min(abs(way_px.x) + abs(way_px.y), 1e6)) + 3;
+  for (int i = 0; i < borders && begin < 1.0; ++i) {
     vec2 leaves = vec2(nowhere);
     for (int axis = 0; axis < 2; ++axis) {
       float border = float(cell[axis]) + (way_px[axis] > 0.0 ? 1.0 : 0.0);

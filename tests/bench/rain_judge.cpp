@@ -92,8 +92,7 @@ void run(const JudgeFlags& flags) {
                           : read_atlas(flags.atlas);
   const Scene scene = far_rain(flags.drops, flags.lights, flags.scale);
   constexpr double time_s = 0.5;
-  const std::vector<Drop> drops =
-      drop_field(scene, make_rain_space(scene), static_cast<int>(atlas.layers.size()), time_s);
+  const std::vector<Drop> drops = drops_with_sets(scene, set_numbers(atlas), time_s);
   const RenderOptions billboards = {.path = RainPath::billboards_2010,
                                     .packets = {.selection = PacketSelection::rectangle}};
   const std::vector<Path> paths = {{"billboards of 2010", billboards},
