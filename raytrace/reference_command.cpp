@@ -85,7 +85,7 @@ double share_done(const ReferenceSettings& settings, const ReferenceSums& sums,
   };
   double by_rain = share(settings.error, errors.rain);
   if (errors.rain >= 1)
-    by_rain = std::max(by_rain, share(settings.error * settings.error, errors.rain_noise));
+    by_rain = std::max(by_rain, share(least_rain * settings.error, errors.rain_noise));
   const double by_error = std::min(by_rain, share(settings.error, errors.surface));
   const double passes = sums.learned + sums.passes;
   const double by_passes = passes / (settings.learning_passes + settings.least_passes);

@@ -197,7 +197,7 @@ ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSum
 }
 
 bool meets(const ReferenceErrors& errors, double error) {
-  const bool no_rain = errors.rain >= 1 && errors.rain_noise <= error * error;
+  const bool no_rain = errors.rain >= 1 && errors.rain_noise <= least_rain * error;
   return errors.surface <= error && (errors.rain <= error || no_rain);
 }
 

@@ -73,7 +73,8 @@ ReferenceErrors estimated_errors(const ReferenceScene& scene, const ReferenceSum
 
 // Whether both layers have that error. Rain that changes nothing, as drops under an even sky, has
 // no signal to be held against: it is done where it cannot be told from none (an error of 1 or
-// more) and its noise is less than error^2 of the picture without it.
+// more) and its noise is less than least_rain times the error of the picture without it.
+constexpr double least_rain = 0.01;
 bool meets(const ReferenceErrors& errors, double error);
 
 // Passes until the settings' error or budget is met, or most_passes. after_pass may save the sums.
