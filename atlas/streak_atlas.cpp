@@ -249,6 +249,19 @@ std::vector<int> set_numbers(const StreakAtlas& atlas) {
   return numbers;
 }
 
+StreakAtlas places_of(const StreakAtlas& atlas) {
+  return {.cell_width_px = atlas.cell_width_px,
+          .levels = atlas.levels,
+          .diameter_um = atlas.diameter_um,
+          .mean_radius_m = atlas.mean_radius_m,
+          .exposure_s = atlas.exposure_s,
+          .fall_speed_m_s = atlas.fall_speed_m_s,
+          .pixel_m = atlas.pixel_m,
+          .database_sha256 = atlas.database_sha256,
+          .views = atlas.views,
+          .strokes = atlas.strokes};
+}
+
 CellRect cell_rect(const StreakAtlas& atlas, int view, int column, int level) {
   assert(view >= 0 && view < static_cast<int>(atlas.views.size()) && column >= 0);
   assert(level >= 0 && level < atlas.levels);

@@ -19,6 +19,7 @@
 #include "atlas/image.h"
 #include "atlas/refraction_masks.h"
 #include "atlas/streak_database.h"
+#include "atlas/streak_strokes.h"
 
 namespace pluvia {
 
@@ -57,10 +58,14 @@ struct StreakAtlas {
   std::vector<AtlasView> views = {};        // ascending elevation
   std::vector<AtlasLayer> layers = {};      // ascending oscillation
   RefractionMasks masks = {};  // of the same drops; not in its files: without any, empty
+  StreakStrokes strokes = {};  // whose shapes streaks take that are not traced; not in its files
 };
 
 // Of the oscillation sets, ascending: one for each layer.
 std::vector<int> set_numbers(const StreakAtlas& atlas);
+
+// The same numbers, views and strokes, without lights, layers and masks.
+StreakAtlas places_of(const StreakAtlas& atlas);
 
 struct CellRect {
   int x = 0, y = 0, width = 0, height = 0;

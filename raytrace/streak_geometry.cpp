@@ -7,7 +7,8 @@ StreakGeometry streak_geometry(const StreakAtlas& atlas) {
           .cell_width_px = static_cast<double>(atlas.cell_width_px),
           .exposure_s = atlas.exposure_s,
           .path_top_row = atlas.views.at(0).path_top_row,
-          .mean_radius_m = atlas.mean_radius_m};
+          .mean_radius_m = atlas.mean_radius_m,
+          .any_exposure = !atlas.strokes.empty()};
 }
 
 }  // namespace pluvia

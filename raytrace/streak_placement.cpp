@@ -77,6 +77,7 @@ Eigen::Matrix3d drop_axes(const CameraFrame& camera, const Eigen::Vector3d& velo
 }
 
 SegmentTimes segment_times(double camera_exposure_s, double r0_m, const StreakGeometry& geometry) {
+  if (geometry.any_exposure) return {1, camera_exposure_s};
   const double each_s = geometry.exposure_s * std::pow(r0_m / geometry.mean_radius_m, 1.5);
   // Both come from decimal text: a millionth more is no other segment.
   const double count = std::max(1.0, std::ceil(camera_exposure_s / each_s - 1e-6));

@@ -14,7 +14,8 @@
 // most most_segments: beyond that each is stretched), a shorter one the first part of it. Flux is
 // kept: a segment counts T / camera exposure. What is wrong then: the flattening of the drop at
 // rest stays that of the traced one, and oscillations of order above 2 do not close after a
-// segment.
+// segment. Pictures that have the shape of strokes (atlas/stroke_coverage.h) show no oscillation:
+// one is the whole streak, T is the camera's exposure.
 #pragma once
 
 #include <optional>
@@ -33,6 +34,7 @@ struct StreakGeometry {  // the few numbers of an atlas that placement needs
   double exposure_s = 0;
   double path_top_row = 0;        // the same for all views of a database
   double mean_radius_m = 1.6e-3;  // of the drop that it shows
+  bool any_exposure = false;      // one picture is all of a streak, whatever exposure and radius
 };
 
 constexpr double nearest_depth_m = 0.1;  // of a drop that is drawn, along the camera's axis

@@ -156,6 +156,7 @@ Json settings_json(const ComposeFlags& flags) {
                {"start_s", flags.start_s}};
   if (quality.background_share) json["background_share"] = *quality.background_share;
   if (quality.streak_cd_m2) json["streak_cd_m2"] = *quality.streak_cd_m2;
+  if (!quality.strokes.empty()) json["strokes"] = quality.strokes;
   if (flags.one_cd_m2) json["one_cd_m2"] = *flags.one_cd_m2;
   if (flags.depth_scale_m > 0) json["depth_scale_m"] = flags.depth_scale_m;
   return json;
@@ -272,7 +273,7 @@ std::string compose_frames(const ComposeFlags& flags, const Progress& progress) 
   BackgroundClip background(background_files(flags), scene.camera, flags.scene);
   if (!background.next())
     throw std::runtime_error(flags.video + ": has no frame; expected one or more");
-  const StreakAtlas atlas = read_atlas(flags.atlas);
+  const StreakAtlas atlas = read_atlas(flags.atlas, flags.quality);
   RenderOptions options = render_options(flags.quality);
   options.over_picture = true;
   RainRenderer renderer(scene, atlas, options);

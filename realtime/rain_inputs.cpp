@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "atlas/atlas_lookup.h"
+#include "atlas/stroke_coverage.h"
 #include "raytrace/depth_of_field.h"
 #include "raytrace/rain_fog.h"
 #include "raytrace/spherical_harmonics.h"
@@ -74,6 +75,9 @@ void check_rain_inputs(const Scene& scene, const StreakAtlas& atlas, const Rende
     throw std::runtime_error(
         fmt::format("atlas: {} oscillations, {} views, {} lights; expected at least one of each",
                     atlas.layers.size(), atlas.views.size(), atlas.lights.size()));
+  if (!atlas.strokes.empty() && !takes_strokes(options.look))
+    throw std::runtime_error(
+        "strokes: the look takes none; expected sphere, sphere-published or white");
   if (scene.lights.size() > most_lights)
     throw std::runtime_error(fmt::format("scene: {} lights; expected at most {} with rain",
                                          scene.lights.size(), most_lights));
@@ -267,11 +271,12 @@ void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t mos
 namespace {
 
 void add_single_groups(const Scene& scene, const RainSpace& space,
-                       const std::vector<GpuRainSize>& sizes, int oscillation_count, double time_s,
-                       int group_size, std::vector<GpuDropGroup>& groups) {
+                       const std::vector<GpuRainSize>& sizes, const DropLayers& layers,
+                       double time_s, int group_size, std::vector<GpuDropGroup>& groups) {
   for (std::size_t i = 0; i < scene.drops.size(); ++i) {
     GpuDropGroup group = single_group(scene, space, i, time_s);
-    group.what.y = scene.drops[i].oscillation % oscillation_count;
+    group.what.y = layer_of_shape(scene.drops[i].oscillation % layers.sets, layers.shapes_of_set,
+                                  static_cast<int>(i));
     add_split(group, sizes[static_cast<std::size_t>(group.what.x)].run.z,
               static_cast<std::uint32_t>(group_size), groups);
   }
@@ -281,8 +286,9 @@ void add_single_groups(const Scene& scene, const RainSpace& space,
 
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
-                                      const std::vector<GpuRainSize>& sizes, int oscillation_count,
-                                      double time_s, int group_size, double far_streaks) {
+                                      const std::vector<GpuRainSize>& sizes,
+                                      const DropLayers& layers, double time_s, int group_size,
+                                      double far_streaks) {
   const Eigen::Vector3d& camera_m = scene.camera.position_m;
   std::vector<GpuDropGroup> groups;
   for (const SizedCell& sized : cells) {
@@ -295,7 +301,7 @@ std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space
     add_split(group, static_cast<std::uint32_t>(std::ceil(kept.drops)) * segments,
               static_cast<std::uint32_t>(group_size), groups);
   }
-  add_single_groups(scene, space, sizes, oscillation_count, time_s, group_size, groups);
+  add_single_groups(scene, space, sizes, layers, time_s, group_size, groups);
   return groups;
 }
 
@@ -313,13 +319,13 @@ GpuDropGroup moving_group(const RainSpace& space, const DropMotion& motion, int 
 std::vector<GpuDropGroup> moving_groups(const Scene& scene, const RainSpace& space,
                                         const DropMotion& motion,
                                         const std::vector<GpuRainSize>& sizes,
-                                        int oscillation_count, double time_s, int group_size) {
+                                        const DropLayers& layers, double time_s, int group_size) {
   std::vector<GpuDropGroup> groups;
   for (std::size_t i = 0; i < motion.sizes.size(); ++i)
     add_split(moving_group(space, motion, static_cast<int>(i), scene.camera.position_m),
               static_cast<std::uint32_t>(motion.sizes[i].count) * sizes[i].run.z,
               static_cast<std::uint32_t>(group_size), groups);
-  add_single_groups(scene, space, sizes, oscillation_count, time_s, group_size, groups);
+  add_single_groups(scene, space, sizes, layers, time_s, group_size, groups);
   return groups;
 }
 

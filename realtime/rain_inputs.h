@@ -105,12 +105,19 @@ std::vector<float> gpu_top_heights(const RainSpace& space);
 void set_frame(const Scene& scene, const RainSpace& space, double time_s, RainUniforms& uniforms,
                std::vector<GpuRainSize>& sizes);
 
+// Of the atlas on the GPU: each oscillation set has one, or one for each shape of its streaks
+// (atlas/stroke_coverage.h).
+struct DropLayers {
+  int sets = 1, shapes_of_set = 1;
+};
+
 // One for every group_size drops and segments of a cell, and for those of a single drop.
 // far_streaks: of RenderOptions.
 std::vector<GpuDropGroup> drop_groups(const Scene& scene, const RainSpace& space,
                                       const std::vector<SizedCell>& cells,
-                                      const std::vector<GpuRainSize>& sizes, int oscillation_count,
-                                      double time_s, int group_size, double far_streaks);
+                                      const std::vector<GpuRainSize>& sizes,
+                                      const DropLayers& layers, double time_s, int group_size,
+                                      double far_streaks);
 
 // A group for every `most` of the items: its first, and how many.
 void add_split(const GpuDropGroup& group, std::uint32_t items, std::uint32_t most,
@@ -124,7 +131,7 @@ GpuDropGroup moving_group(const RainSpace& space, const DropMotion& motion, int 
 std::vector<GpuDropGroup> moving_groups(const Scene& scene, const RainSpace& space,
                                         const DropMotion& motion,
                                         const std::vector<GpuRainSize>& sizes,
-                                        int oscillation_count, double time_s, int group_size);
+                                        const DropLayers& layers, double time_s, int group_size);
 
 // The drops of a cell in a slab that begins at floor_m; of a single drop: without first and number
 // of its drops, and without the single drop's oscillation set.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <glm/vec4.hpp>
 
+#include "atlas/stroke_coverage.h"
 #include "raytrace/sphere_transfer.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/to_glm.h"
@@ -40,6 +41,23 @@ std::vector<glm::vec4> seen_through_sphere(const SphereTransferOptions& options,
           to_glm(harmonics[static_cast<std::size_t>(l)] * sky.coefficients.row(i).transpose(), 0));
   }
   return values;
+}
+
+// On screen a streak covers more than its texels do where its path is shorter, in radii, than that
+// of the pictures; the shortest counts. Where paths are longer, the ends of a streak are not.
+double most_texel_coverage(const StreakAtlas& atlas, const RainSpace& space, double exposure_s) {
+  const double picture = atlas.fall_speed_m_s * atlas.exposure_s / atlas.mean_radius_m;
+  double most = 1;
+  for (const RainSizeSpace& size : space.sizes)
+    most = std::min(most, size.speed_m_s * exposure_s / size.drops.r0_m / picture);
+  return most;
+}
+
+std::string strokes_note(const StreakStrokes& strokes) {
+  if (strokes.found == strokes.taken.size())
+    return fmt::format("they have the shapes of {} strokes", strokes.taken.size());
+  return fmt::format("they have the shapes of the {} longest of {} strokes", strokes.taken.size(),
+                     strokes.found);
 }
 
 }  // namespace
@@ -84,31 +102,30 @@ RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const 
   return look;
 }
 
-StreakAtlas coverage_alone(const StreakAtlas& atlas) {
-  StreakAtlas dark = {.cell_width_px = atlas.cell_width_px,
-                      .levels = atlas.levels,
-                      .diameter_um = atlas.diameter_um,
-                      .mean_radius_m = atlas.mean_radius_m,
-                      .exposure_s = atlas.exposure_s,
-                      .fall_speed_m_s = atlas.fall_speed_m_s,
-                      .pixel_m = atlas.pixel_m,
-                      .database_sha256 = atlas.database_sha256,
-                      .views = atlas.views};
+bool takes_strokes(StreakLook look) {
+  return is_sphere(look) || look == StreakLook::white;
+}
+
+StreakAtlas coverage_alone(const StreakAtlas& atlas, const RainSpace& space, double exposure_s) {
+  if (!atlas.strokes.empty())
+    return stroke_coverage(atlas, most_texel_coverage(atlas, space, exposure_s));
+  StreakAtlas dark = places_of(atlas);
   for (const AtlasLayer& layer : atlas.layers)
     dark.layers.push_back({.oscillation = layer.oscillation, .coverage = layer.coverage});
   return dark;
 }
 
-std::vector<std::string> look_notes(const RainLook& look) {
+std::vector<std::string> look_notes(const RainLook& look, const StreakStrokes& strokes) {
   if (look.look == StreakLook::refraction) return {};  // refraction_look.h has them
-  if (look.look == StreakLook::white)
-    return {fmt::format("streaks are white: {:.4g} cd/m2 whatever the light", look.streak_cd_m2)};
   std::string note = look.look == StreakLook::sphere
                          ? "streaks shine as spheres do"
                          : "streaks shine as spheres do, as published in 2006";
+  if (look.look == StreakLook::white)
+    note = fmt::format("streaks are white: {:.4g} cd/m2 whatever the light", look.streak_cd_m2);
   if (look.sky_cells > 0) note += fmt::format("; the sky in {} harmonics", look.sky_cells);
   if (look.background_share > 0)
     note += fmt::format("; with {} of the background behind them", look.background_share);
+  if (!strokes.empty()) note += "; " + strokes_note(strokes);
   return {note};
 }
 

@@ -13,13 +13,15 @@
 // all of its coverage, and a background that is hidden by 1 - c of it. So it is drawn, and streaks
 // behind it count as its background.
 //
-// Of the atlas a look needs the coverage alone.
+// Of the atlas a look needs the coverage alone. A streak that takes the shape of a stroke
+// (StreakAtlas::strokes) has the light and the coverage of the one that it stands for, elsewhere.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "atlas/streak_atlas.h"
+#include "raytrace/rain_space.h"
 #include "raytrace/scene.h"
 #include "raytrace/sky_light.h"
 #include "realtime/frame_plan.h"
@@ -52,11 +54,15 @@ void check_look(const RenderOptions& options);
 // sky: as streaks of this look see it.
 RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const SkyLight& sky);
 
-// The same places, views and layers without light.
-StreakAtlas coverage_alone(const StreakAtlas& atlas);
+// The same places, views and layers without light; of an atlas with strokes, the layers of
+// atlas/stroke_coverage.h, so that no streak of the space's sizes covers more than all.
+StreakAtlas coverage_alone(const StreakAtlas& atlas, const RainSpace& space, double exposure_s);
+
+// Whether streaks of the look may take the shape of strokes.
+bool takes_strokes(StreakLook look);
 
 // What the plan should say.
-std::vector<std::string> look_notes(const RainLook& look);
+std::vector<std::string> look_notes(const RainLook& look, const StreakStrokes& strokes);
 
 // Of rain_look.glsl and of those that include it.
 ShaderDefines look_defines(const RainLook& look);

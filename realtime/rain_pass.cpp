@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "atlas/stroke_coverage.h"
 #include "raytrace/depth_of_field.h"
 #include "realtime/group_passes.h"
 #include "realtime/light_candidates.h"
@@ -217,12 +218,17 @@ long drops_in(const std::vector<GpuDropGroup>& groups, const std::vector<GpuRain
   return drops;
 }
 
+DropLayers drop_layers(const RainPass& pass) {
+  const int each = std::max(1, pass.shapes_of_set);
+  return {pass.uniforms.counts.x / each, each};
+}
+
 void choose_cells(RainPass& pass, const Scene& scene, double time_s) {
   const PacketChoice choice =
       select_packets(scene.rain, *pass.space, pass.packets, scene.camera, time_s);
   const std::vector<SizedCell> cells =
       packet_cells(scene.rain, *pass.space, choice, scene.camera, time_s);
-  pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, pass.uniforms.counts.x, time_s,
+  pass.groups = drop_groups(scene, *pass.space, cells, pass.sizes, drop_layers(pass), time_s,
                             drops_of_group, pass.far_streaks);
   pass.counts = {.packets_looked_at = choice.looked_at,
                  .packets_taken = static_cast<long>(choice.packets.size())};
@@ -233,8 +239,8 @@ void choose_cells(RainPass& pass, const Scene& scene, double time_s) {
 }
 
 void choose_moving(RainPass& pass, const Scene& scene, double time_s) {
-  pass.groups = moving_groups(scene, *pass.space, pass.wind->motion, pass.sizes,
-                              pass.uniforms.counts.x, time_s, drops_of_group);
+  pass.groups = moving_groups(scene, *pass.space, pass.wind->motion, pass.sizes, drop_layers(pass),
+                              time_s, drops_of_group);
   pass.counts = {.drops_looked_at = drops_in(pass.groups, pass.sizes)};
   pass.uniforms.box_min_m.w = static_cast<float>(late_s(*pass.wind, time_s));
 }
@@ -349,12 +355,17 @@ void make_traced_light(const StreakAtlas& atlas, const RenderOptions& options, c
 RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const StreakAtlas& whole_atlas,
                         const RenderOptions& options, const SkyLight& sky,
                         const ScenePass& surfaces, const ShadowPass& shadows, const WindPass* wind,
-                        const GpuAtlas& kept) {
+                        const GpuAtlas& kept_atlas) {
   check_rain_inputs(scene, whole_atlas, options);
   RainPass pass;
   pass.look = make_rain_look(scene, options, sky);
-  const StreakAtlas dark = pass.look.traced() ? StreakAtlas() : coverage_alone(whole_atlas);
+  const StreakAtlas dark = pass.look.traced()
+                               ? StreakAtlas()
+                               : coverage_alone(whole_atlas, space, scene.camera.exposure_s);
   const StreakAtlas& atlas = pass.look.traced() ? whole_atlas : dark;
+  // Strokes have a coverage of their own, which the exposure bounds.
+  const GpuAtlas kept = atlas.strokes.empty() ? kept_atlas : GpuAtlas();
+  if (!atlas.strokes.empty()) pass.shapes_of_set = shapes_of_set(whole_atlas);
   pass.origin_m = scene.camera.position_m;
   pass.space = &space;
   pass.wind = wind;
@@ -367,7 +378,8 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   // A streak lets so much through that others hide less of those behind them, too.
   pass.uniforms.air.y *= static_cast<float>(1 - pass.look.background_share);
   pass.sky_cells = pass.look.traced() ? sky_cells(sky) : 0;
-  pass.notes = pass.look.traced() ? sky_notes(scene, atlas, options, sky) : look_notes(pass.look);
+  pass.notes = pass.look.traced() ? sky_notes(scene, atlas, options, sky)
+                                  : look_notes(pass.look, atlas.strokes);
   pass.atlas =
       upload_sums(atlas, {.finest = pass.uniforms.sizes.y, .coarsest = pass.uniforms.sizes.z},
                   pass.sky_cells, kept.sums);
@@ -419,6 +431,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
 }
 
 GpuAtlas atlas_of(const RainPass& pass) {
+  if (pass.shapes_of_set > 0) return {};
   return {pass.atlas, pass.splat.atlas};
 }
 

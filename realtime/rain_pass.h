@@ -56,6 +56,7 @@ struct RainPass {
   int taps = 1;                         // lit records of a streak and light
   std::vector<std::string> notes = {};  // what the plan should say
   RainLook look = {};
+  int shapes_of_set = 0;                          // layers of an oscillation; 0: no strokes
   std::optional<RefractionLook> refraction = {};  // of streaks that refract
   int sky_cells = 0;   // of the atlas and sky, that a streak mixes: none, uniform, or harmonics
   int view_taps = 2;   // views that a streak mixes

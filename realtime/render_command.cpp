@@ -10,6 +10,7 @@
 #include "atlas/atomic_file.h"
 #include "atlas/flag_values.h"
 #include "atlas/image_io.h"
+#include "realtime/rain_look.h"
 #include "realtime/video.h"
 
 namespace pluvia {
@@ -24,6 +25,9 @@ void add_quality(CLI::App& command, QualityFlags& flags) {
                   "refracted by masks")
       ->check(CLI::IsMember({"traced", "sphere", "sphere-published", "white", "refraction"}))
       ->capture_default_str();
+  command.add_option("--strokes", flags.strokes,
+                     "of spheres and white streaks: folder of mattes (pluvia mattes) whose strokes "
+                     "are the streaks' shapes");
   command.add_option("--masks", flags.masks, "of refraction: folder of the masks (pluvia masks)");
   command
       .add_option("--persistence", flags.persistence_samples,
@@ -66,6 +70,20 @@ void add_quality(CLI::App& command, QualityFlags& flags) {
       ->capture_default_str();
 }
 
+namespace {
+
+StreakLook look_of(const QualityFlags& flags) {
+  const std::map<std::string, StreakLook> looks = {
+      {"traced", StreakLook::traced},
+      {"sphere", StreakLook::sphere},
+      {"sphere-published", StreakLook::sphere_published},
+      {"white", StreakLook::white},
+      {"refraction", StreakLook::refraction}};
+  return looks.at(flags.look);
+}
+
+}  // namespace
+
 RenderOptions render_options(const QualityFlags& flags) {
   const std::map<std::string, LookupMode> lookups = {{"nearest", LookupMode::nearest},
                                                      {"view-linear", LookupMode::view_linear},
@@ -74,16 +92,10 @@ RenderOptions render_options(const QualityFlags& flags) {
                                                        {"world", PacketScheme::world},
                                                        {"tree", PacketScheme::tree},
                                                        {"grid", PacketScheme::grid}};
-  const std::map<std::string, StreakLook> looks = {
-      {"traced", StreakLook::traced},
-      {"sphere", StreakLook::sphere},
-      {"sphere-published", StreakLook::sphere_published},
-      {"white", StreakLook::white},
-      {"refraction", StreakLook::refraction}};
   return {.far_streaks = flags.far_streaks,
           .packets = {.scheme = schemes.at(flags.packets)},
           .lookup = lookups.at(flags.lookup),
-          .look = looks.at(flags.look),
+          .look = look_of(flags),
           .background_share = flags.background_share,
           .streak_cd_m2 = flags.streak_cd_m2,
           .sky_degree = flags.sky_degree,
@@ -93,10 +105,14 @@ RenderOptions render_options(const QualityFlags& flags) {
 }
 
 StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags) {
-  StreakAtlas atlas = read_atlas(folder);
   if (!flags.masks.empty() && flags.look != "refraction")
     throw CLI::ValidationError("--masks", "the look has none; expected --look refraction");
+  if (!flags.strokes.empty() && !takes_strokes(look_of(flags)))
+    throw CLI::ValidationError(
+        "--strokes", "the look takes none; expected --look sphere, sphere-published or white");
+  StreakAtlas atlas = read_atlas(folder);
   if (!flags.masks.empty()) atlas.masks = read_refraction_masks(flags.masks);
+  if (!flags.strokes.empty()) atlas.strokes = read_streak_strokes(flags.strokes);
   return atlas;
 }
 

@@ -14,6 +14,7 @@ namespace pluvia {
 struct QualityFlags {  // of a frame
   std::string lookup = "view-linear", look = "traced", packets = "automatic";
   std::optional<double> background_share = {}, streak_cd_m2 = {};
+  std::string strokes = {};                  // of streaks that take their shapes
   std::string masks = {}, capture = "cube";  // of streaks that refract
   int persistence_samples = RenderOptions{}.persistence_samples;
   int capture_px = RenderOptions{}.capture_px;
@@ -33,7 +34,7 @@ struct RenderFlags {
 void add_quality(CLI::App& command, QualityFlags& flags);
 RenderOptions render_options(const QualityFlags& flags);
 
-// With the masks that the flags name, if any.
+// With the masks or strokes that the flags name, if any.
 StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags);
 
 CLI::App* add_render(CLI::App& app, RenderFlags& flags);
