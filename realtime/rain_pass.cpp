@@ -11,182 +11,13 @@
 #include "raytrace/depth_of_field.h"
 #include "realtime/group_passes.h"
 #include "realtime/light_candidates.h"
+#include "realtime/rain_bindings.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"
 
 namespace pluvia {
 namespace {
-
-constexpr int quads_per_instance = 1024;  // few instances: each costs a set-up, whatever it draws
-
-enum Binding : GLuint {
-  uniforms_at,
-  group_starts_at,
-  streaks_at,
-  lit_streaks_at,
-  lights_at,
-  atlas_lights_at,
-  atlas_layers_at,
-  atlas_views_at,
-  atlas_spans_at,
-  centres_at,
-  sizes_at,
-  groups_at,
-  top_heights_at,
-  densities_at,
-  light_rows_at,
-  light_entries_at,
-  light_candidates_at,
-  sky_at,
-  sky_spans_at,
-  sky_streaks_at,
-  shadow_views_at,
-  profile_spans_at,
-  splat_sums_at,
-  splat_overflow_at,
-  transfer_rings_at,
-  moving_drops_at,
-  mask_outlines_at,
-  mask_sizes_at,
-  mask_sets_at,
-  mask_views_at,
-  mask_reaches_at
-};
-
-enum TextureUnit : GLuint {
-  shadow_maps_at,
-  sums_at,
-  sky_sums_at,
-  profiles_at,
-  scene_depth_at,
-  point_pictures_at,
-  environment_pictures_at,
-  coverage_pictures_at,
-  masks_at,
-  surroundings_at
-};
-
-ShaderDefines defines(bool shadows, const RainPass& pass) {
-  ShaderDefines all = {{"SHADOWS", shadows ? "1" : "0"},
-                       {"TAPS", std::to_string(pass.taps)},
-                       {"VIEW_TAPS", std::to_string(pass.view_taps)},
-                       {"SKY_CELLS", std::to_string(pass.sky_cells)},
-                       {"SKY_DEGREE", std::to_string(degree_of_cells(pass.sky_cells))},
-                       {"GROUP_SIZE", std::to_string(group_size)},
-                       {"DROPS_OF_GROUP", std::to_string(drops_of_group)},
-                       {"GROUPS_PER_ROW", std::to_string(groups_per_row)},
-                       {"QUADS_PER_INSTANCE", std::to_string(quads_per_instance)},
-                       {"SUMS_WIDTH", std::to_string(sums_width)},
-                       {"SUMS_HEIGHT", std::to_string(sums_height)},
-                       {"NEAR_M", std::to_string(near_m)},
-                       {"CANDIDATE_CELLS", std::to_string(candidate_cells)},
-                       {"BILLBOARD_LIGHTS", std::to_string(most_billboard_lights)},
-                       {"SPLAT_LIGHTS", std::to_string(splat_lights)},
-                       {"SPLAT_STEPS", std::to_string(splat_steps)}};
-  all.merge(drop_defines(pass));
-  all.merge(look_defines(pass.look));
-  if (pass.refraction) all.merge(ShaderDefines(pass.refraction->defines));
-  const std::pair<const char*, GLuint> bindings[] = {
-      {"RAIN_UNIFORMS", uniforms_at},
-      {"GROUP_STARTS", group_starts_at},
-      {"STREAKS", streaks_at},
-      {"LIT_STREAKS", lit_streaks_at},
-      {"LIGHTS", lights_at},
-      {"ATLAS_LIGHTS", atlas_lights_at},
-      {"ATLAS_LAYERS", atlas_layers_at},
-      {"ATLAS_VIEWS", atlas_views_at},
-      {"ATLAS_SPANS", atlas_spans_at},
-      {"CENTRES", centres_at},
-      {"RAIN_SIZES", sizes_at},
-      {"DROP_GROUPS", groups_at},
-      {"TOP_HEIGHTS", top_heights_at},
-      {"DENSITIES", densities_at},
-      {"LIGHT_ROWS", light_rows_at},
-      {"LIGHT_ENTRIES", light_entries_at},
-      {"LIGHT_CANDIDATES", light_candidates_at},
-      {"SKY", sky_at},
-      {"SKY_SPANS", sky_spans_at},
-      {"SKY_STREAKS", sky_streaks_at},
-      {"SKY_SUMS", sky_sums_at},
-      {"SHADOW_VIEWS", shadow_views_at},
-      {"SHADOW_MAPS", shadow_maps_at},
-      {"CUMULATIVE", sums_at},
-      {"PROFILES", profiles_at},
-      {"SCENE_DEPTH", scene_depth_at},
-      {"PROFILE_SPANS", profile_spans_at},
-      {"SPLAT_SUMS", splat_sums_at},
-      {"SPLAT_OVERFLOW", splat_overflow_at},
-      {"TRANSFER", transfer_rings_at},
-      {"MASK_OUTLINES", mask_outlines_at},
-      {"MASK_SIZES", mask_sizes_at},
-      {"MASK_SETS", mask_sets_at},
-      {"MASK_VIEWS", mask_views_at},
-      {"MASK_REACHES", mask_reaches_at},
-      {"MASKS", masks_at},
-      {"SURROUNDINGS", surroundings_at},
-      {"POINT_PICTURES", point_pictures_at},
-      {"ENVIRONMENT_PICTURES", environment_pictures_at},
-      {"COVERAGE_PICTURES", coverage_pictures_at},
-      {"MOVING_DROPS", moving_drops_at}};
-  for (const auto& [name, number] : bindings) all[name] = std::to_string(number);
-  return all;
-}
-
-void bind_refraction(const RefractionLook& look) {
-  bind_storage(mask_outlines_at, look.outlines);
-  bind_storage(mask_sizes_at, look.sizes);
-  bind_storage(mask_sets_at, look.sets);
-  bind_storage(mask_views_at, look.views);
-  bind_storage(mask_reaches_at, look.reaches);
-  glBindTextureUnit(masks_at, look.masks.id());
-  glBindTextureUnit(surroundings_at, look.capture.picture.id());
-}
-
-// What only streaks of one look or another are lit by.
-void bind_light(const RainPass& pass) {
-  if (pass.look.transfer.id()) bind_storage(transfer_rings_at, pass.look.transfer);
-  if (pass.look.sky.id()) bind_storage(sky_at, pass.look.sky);
-  if (pass.refraction) bind_refraction(*pass.refraction);
-  if (!pass.look.traced()) return;
-  bind_storage(atlas_layers_at, pass.atlas_layers);
-  if (pass.taps > 1) {
-    bind_storage(light_rows_at, pass.light_rows);
-    bind_storage(light_entries_at, pass.light_entries);
-  } else {
-    bind_storage(atlas_lights_at, pass.atlas_lights);
-    bind_storage(light_candidates_at, pass.light_candidates);
-  }
-  if (pass.sky.id()) {
-    bind_storage(sky_at, pass.sky);
-    bind_storage(sky_spans_at, pass.atlas->sky_spans);
-    bind_storage(sky_streaks_at, pass.sky_streaks);
-    glBindTextureUnit(sky_sums_at, pass.atlas->sky_sums.id());
-  }
-}
-
-void bind_inputs(const RainPass& pass) {
-  glBindBufferBase(GL_UNIFORM_BUFFER, uniforms_at, pass.uniform_buffer.id());
-  bind_storage(group_starts_at, pass.group_starts);
-  bind_storage(streaks_at, pass.streaks);
-  bind_storage(lit_streaks_at, pass.lit_streaks);
-  bind_storage(lights_at, pass.lights);
-  bind_storage(atlas_views_at, pass.atlas_views);
-  bind_storage(atlas_spans_at, pass.atlas->spans);
-  if (!pass.splat.empty()) {
-    bind_storage(profile_spans_at, pass.splat.atlas->spans);
-    bind_storage(splat_sums_at, pass.splat.sums);
-    bind_storage(splat_overflow_at, pass.splat.overflow);
-    glBindTextureUnit(profiles_at, pass.splat.atlas->profiles.id());
-  }
-  bind_storage(sizes_at, pass.size_buffer);
-  bind_storage(groups_at, pass.group_buffer);
-  bind_storage(top_heights_at, pass.top_heights);
-  if (pass.densities.id()) bind_storage(densities_at, pass.densities);
-  if (pass.wind) bind_storage(moving_drops_at, pass.wind->drops);
-  bind_light(pass);
-  glBindTextureUnit(sums_at, pass.atlas->sums.id());
-}
 
 GlBuffer upload_values(const std::string& what, const std::vector<float>& values) {
   GlBuffer buffer = make_storage(what, values.size() * sizeof(float));
@@ -300,7 +131,7 @@ void reserve_records(RainPass& pass, std::size_t streaks) {
 }
 
 void dispatch(const RainPass& pass, const ShaderProgram& program) {
-  bind_inputs(pass);
+  bind_rain(pass);
   dispatch_groups(program, thread_groups(pass.groups.size()));
 }
 
@@ -315,7 +146,7 @@ StreakCounts count_streaks(RainPass& pass) {
     dispatch(pass, pass.count);
     return sum_groups(pass);
   }
-  glBindTextureUnit(scene_depth_at, pass.scene_depth_m);
+  bind_scene_depth(pass);
   dispatch(pass, pass.splat.program);
   if (splat_overflowed(pass.splat)) {
     // Once more with every streak as a quad, whose sums are floats.
@@ -348,6 +179,27 @@ void make_traced_light(const StreakAtlas& atlas, const RenderOptions& options, c
     pass.atlas_lights = make_buffer(atlas_light_directions(atlas));
     pass.light_candidates = make_buffer(light_candidates(light_vectors(atlas)));
   }
+}
+
+void make_billboards(const Scene& scene, const StreakAtlas& atlas, const ShadowPass& shadows,
+                     RainPass& pass) {
+  if (pass.taps > 1)
+    throw std::runtime_error("billboards: lookup trilinear; expected nearest or view-linear");
+  pass.billboards = make_billboard_pass(scene, atlas, pass.sky_cells > 0);
+  pass.billboards.program = build_program({"billboard.vert", "billboard.geom", "billboard.frag"},
+                                          rain_defines(pass, !shadows.empty()));
+}
+
+void build_programs(const ShadowPass& shadows, RainPass& pass) {
+  const ShaderDefines plain = rain_defines(pass, false);
+  const ShaderDefines shaded = rain_defines(pass, !shadows.empty());
+  if (pass.splat.empty())
+    pass.count = build_program({"rain_count.comp"}, plain);
+  else
+    pass.splat.program = build_program({"rain_splat.comp"}, shaded);
+  pass.place = build_program({"rain_place.comp"}, shaded);
+  pass.draw =
+      build_program({"rain.vert", pass.refraction ? "rain_refraction.frag" : "rain.frag"}, plain);
 }
 
 }  // namespace
@@ -404,11 +256,7 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
     pass.notes.push_back("drops that move by steps are all drawn: far_streaks does nothing");
   if (scene.camera.depth_of_field) pass.notes.push_back(lens_note(scene.camera, billboards));
   if (billboards) {
-    if (pass.taps > 1)
-      throw std::runtime_error("billboards: lookup trilinear; expected nearest or view-linear");
-    pass.billboards = make_billboard_pass(scene, atlas, pass.sky_cells > 0);
-    pass.billboards.program = build_program({"billboard.vert", "billboard.geom", "billboard.frag"},
-                                            defines(!shadows.empty(), pass));
+    make_billboards(scene, atlas, shadows, pass);
     return pass;
   }
   SplatUniforms splat;
@@ -417,16 +265,9 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   pass.uniforms.splat = splat.splat, pass.uniforms.splat_most = splat.most;
   pass.uniforms.splat_levels = splat.levels;
   pass.scene_depth_m = surfaces.depth_m.id();
-  if (pass.splat.empty()) {
-    if (options.widest_splat_px > 0)
-      pass.notes.push_back(why_all_quads(scene.camera, most_storage_bytes()));
-    pass.count = build_program({"rain_count.comp"}, defines(false, pass));
-  } else {
-    pass.splat.program = build_program({"rain_splat.comp"}, defines(!shadows.empty(), pass));
-  }
-  pass.place = build_program({"rain_place.comp"}, defines(!shadows.empty(), pass));
-  pass.draw = build_program({"rain.vert", pass.refraction ? "rain_refraction.frag" : "rain.frag"},
-                            defines(false, pass));
+  if (pass.splat.empty() && options.widest_splat_px > 0)
+    pass.notes.push_back(why_all_quads(scene.camera, most_storage_bytes()));
+  build_programs(shadows, pass);
   return pass;
 }
 
@@ -441,10 +282,7 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
   upload_groups(pass, scene, shadows, time_s);
   if (!pass.splat.empty()) clear_splat(pass.splat);
   if (pass.groups.empty()) return 0;
-  if (!shadows.empty()) {
-    bind_storage(shadow_views_at, shadows.view_buffer);
-    glBindTextureUnit(shadow_maps_at, shadows.maps.id());
-  }
+  if (!shadows.empty()) bind_shadows(shadows);
   if (!pass.billboards.empty()) return pass.counts.drops_looked_at;
   const StreakCounts streaks = count_streaks(pass);
   reserve_records(pass, streaks.wide);
@@ -456,10 +294,8 @@ long place_rain(RainPass& pass, const Scene& scene, const ShadowPass& shadows, d
 
 void draw_billboards(const RainPass& pass, const GlFramebuffer& picture) {
   if (pass.groups.empty()) return;
-  bind_inputs(pass);
-  glBindTextureUnit(point_pictures_at, pass.billboards.point.id());
-  glBindTextureUnit(environment_pictures_at, pass.billboards.environment.id());
-  glBindTextureUnit(coverage_pictures_at, pass.billboards.coverage.id());
+  bind_rain(pass);
+  bind_billboards(pass.billboards);
   begin_streaks(pass, picture);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glUseProgram(pass.billboards.program.id());
@@ -472,7 +308,7 @@ void draw_rain(const RainPass& pass) {
   for (const GLint target : {0, 1})
     glClearNamedFramebufferfv(pass.target.id(), GL_COLOR, target, dry);
   if (pass.uniforms.sizes.w == 0) return;
-  bind_inputs(pass);
+  bind_rain(pass);
   begin_streaks(pass, pass.target);
   glBlendFunc(GL_ONE, GL_ONE);
   glUseProgram(pass.draw.id());
@@ -480,16 +316,6 @@ void draw_rain(const RainPass& pass) {
   const int instances = (pass.uniforms.sizes.w + quads_per_instance - 1) / quads_per_instance;
   glDrawElementsInstanced(GL_TRIANGLES, 6 * quads_per_instance, GL_UNSIGNED_INT, nullptr,
                           instances);
-}
-
-ShaderDefines drop_defines(const RainPass& pass) {
-  return {{"DENSITY", pass.densities.id() ? "1" : "0"},
-          {"MOTION", pass.wind ? "1" : "0"},
-          {"DROPS", pass.wind ? "drops_moving.glsl" : "drops_closed.glsl"},
-          {"LEAST_SPEED_M_S", std::to_string(least_speed_m_s)},
-          {"LENS", pass.lens ? "1" : "0"},
-          {"LEAST_CIRCLE_PX", std::to_string(least_circle_px)},
-          {"WALKED_CIRCLE_PX", std::to_string(widest_walked_circle_px)}};
 }
 
 PlannedPass plan_of(const RainPass& pass) {
@@ -554,12 +380,12 @@ StreakRecords read_records(const RainPass& pass) {
 std::vector<float> read_centres_m(RainPass& pass, const Scene& scene, const ShadowPass& shadows,
                                   double time_s) {
   if (pass.centres.id() == 0)
-    pass.centres = build_program({"rain_centres.comp"}, defines(false, pass));
+    pass.centres = build_program({"rain_centres.comp"}, rain_defines(pass, false));
   upload_groups(pass, scene, shadows, time_s);
   if (pass.groups.empty()) return {};
   std::vector<float> values(4 * pass.groups.size() * drops_of_group);
   const GlBuffer buffer = make_buffer(values);
-  bind_storage(centres_at, buffer);
+  bind_centres(buffer);
   dispatch(pass, pass.centres);
   glGetNamedBufferSubData(buffer.id(), 0, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
                           values.data());

@@ -92,10 +92,6 @@ void draw_billboards(const RainPass& pass, const GlFramebuffer& picture);
 // Adds the records up, those behind surfaces left out.
 void draw_rain(const RainPass& pass);
 
-// What a shader has to know of the scene's drops to read them (rain_drops.glsl), and of its lens
-// (rain_lens.glsl).
-ShaderDefines drop_defines(const RainPass& pass);
-
 PlannedPass plan_of(const RainPass& pass);
 
 StreakRecords read_records(const RainPass& pass);

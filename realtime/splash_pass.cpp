@@ -8,6 +8,7 @@
 #include "oscillation/fall_speed.h"
 #include "raytrace/droplet_light.h"
 #include "realtime/group_passes.h"
+#include "realtime/rain_bindings.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/shader.h"
 #include "realtime/to_glm.h"

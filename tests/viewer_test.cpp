@@ -343,6 +343,28 @@ TEST(Viewer, AnEditThatIsRefusedIsUndoneAndSaidSo) {
   EXPECT_EQ(viewer.edits.exposure_s, 1.0 / 60);
 }
 
+TEST(Viewer, AnotherLookIsThatOfARendererMadeForIt) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = rainy_scene(800);
+  Viewer viewer = make_viewer(std::make_shared<GlContext>(), scene, quarter_atlas(), {}, 0.5, "");
+  const Frame traced = frame_of(viewer, 160, 120);
+  viewer.edits.options.look = StreakLook::sphere;
+  const Frame sphere = frame_of(viewer, 160, 120);
+  EXPECT_EQ(viewer.message, "");
+  EXPECT_NE(sphere.color.values, traced.color.values);
+  RenderOptions options;
+  options.look = StreakLook::sphere;
+  Viewer other =
+      make_viewer(std::make_shared<GlContext>(), scene, quarter_atlas(), options, 0.5, "");
+  EXPECT_EQ(frame_of(other, 160, 120).color.values, sphere.color.values);
+  viewer.edits.options.look = StreakLook::refraction;  // without masks
+  EXPECT_EQ(frame_of(viewer, 160, 120).color.values, sphere.color.values);
+  EXPECT_EQ(viewer.edits.options.look, StreakLook::sphere);
+  EXPECT_NE(viewer.message, "");
+  viewer.edits.options.look = StreakLook::traced;
+  EXPECT_EQ(frame_of(viewer, 160, 120).color.values, traced.color.values);
+}
+
 TEST(Viewer, WaitsWithANewRendererWhileASliderIsHeld) {
   PLUVIA_NEEDS_OPENGL();
   Viewer viewer =

@@ -104,9 +104,20 @@ void effect_controls(Viewer& viewer) {
   if (edits.fog) slider("mist [1/m]", edits.air.extinction_per_m, 0, 0.2, "%.4f", true);
 }
 
+// What belongs to the look before does not stay; a look that the atlas cannot have is undone.
+void look_control(RenderOptions& options) {
+  int look = static_cast<int>(options.look);
+  choice("look", {"traced", "sphere", "sphere of 2006", "white", "refraction"}, look);
+  if (look == static_cast<int>(options.look)) return;
+  options.look = static_cast<StreakLook>(look);
+  options.background_share.reset();
+  options.streak_cd_m2.reset();
+}
+
 void quality_controls(Viewer& viewer, PanelState& panel) {
   RenderOptions& options = viewer.edits.options;
   if (!ImGui::CollapsingHeader("Quality", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  look_control(options);
   int lookup = static_cast<int>(options.lookup);
   choice("lookup", {"nearest", "view-linear", "trilinear"}, lookup);
   options.lookup = static_cast<LookupMode>(lookup);
