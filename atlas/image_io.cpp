@@ -109,6 +109,8 @@ Image read_image(const std::string& file) {
   if (size == 0) throw_unreadable(file, "it is empty");
   const auto input = OIIO::ImageInput::open(file);
   if (!input) throw_unreadable(file, OIIO::geterror());
+  if (input->spec().get_int_attribute("oiio:Movie") != 0)
+    throw std::runtime_error(file + ": is a video; expected a picture");
   const OIIO::ImageSpec& spec = input->spec();
   Image image = make_image(spec.width, spec.height, spec.nchannels);
   const bool whole =

@@ -60,6 +60,7 @@ bool pose(Scene& scene, double time_s) {
 
 Scene scene_at(Scene scene, double time_s) {
   scene.camera = camera_at(scene, time_s);
+  scene.environment.picture = clip_picture(scene.environment, time_s);
   pose(scene, time_s);
   return scene;
 }

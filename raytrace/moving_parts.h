@@ -31,7 +31,8 @@ void add_moving_part(Scene& scene, const Mesh& shape, const std::vector<MovingKe
 // at before: position + R(heading) v, in double. Whether any vertex has moved.
 bool pose(Scene& scene, double time_s);
 
-// The scene as it is at that time: the camera on its path, the moving parts on theirs.
+// The scene as it is at that time: the camera on its path, the moving parts on theirs, the
+// environment at the picture of its clip.
 Scene scene_at(Scene scene, double time_s);
 
 // Where the vertices and indices of scene.mesh that never move end.

@@ -5,11 +5,13 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include <Eigen/Geometry>
 
 #include "atlas/image_io.h"
 #include "raytrace/light.h"
+#include "raytrace/sky_light.h"
 
 namespace pluvia {
 namespace {
@@ -74,9 +76,9 @@ std::unique_ptr<ReferenceScene> make_reference_scene(const Scene& scene,
   for (Light& light : made->lights) light.position_m -= scene.camera.position_m;
   made->options = options;
   made->uniform_cd_m2 = made->ambient_cd_m2 = scene.environment.uniform_cd_m2;
-  if (!scene.environment.map_file.empty()) {
+  if (auto posed = posed_map(scene.environment)) {
     Image& map = made->map.radiance;
-    map = read_environment_map(scene.environment.map_file);
+    map = std::move(*posed);
     for (float& value : map.values)
       value = static_cast<float>(scene.environment.scale_cd_m2 * value);
     made->ambient_cd_m2 = Eigen::Vector3d(mean_over_sphere(map).data());

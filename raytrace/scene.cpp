@@ -154,6 +154,8 @@ EnvironmentLight read_environment(TomlReader reader) {
   reader.optional("map", environment.map_file);
   reader.optional("scale_cd_m2", environment.scale_cd_m2, {0, 1e10}, "cd/m^2");
   reader.optional("uniform_cd_m2", environment.uniform_cd_m2, radiance_cd_m2);
+  reader.optional("frames_per_s", environment.frames_per_s, {1e-3, 1000}, "1/s");
+  reader.optional("start_s", environment.start_s, {-1e6, 1e6}, "s");
   reader.finish();
   const bool map = reader.has("map");
   if (map && environment.map_file.empty())
@@ -162,6 +164,11 @@ EnvironmentLight read_environment(TomlReader reader) {
     reader.refuse("uniform_cd_m2", "environment has map and uniform_cd_m2; expected one of them");
   if (!map && reader.has("scale_cd_m2"))
     reader.refuse("scale_cd_m2", "environment.scale_cd_m2 without a map; expected map beside it");
+  for (const char* key : {"frames_per_s", "start_s"}) {
+    if (reader.has(key) && !(map && reader.has("frames_per_s")))
+      reader.refuse(key, fmt::format("environment.{} without {}; expected a clip of maps", key,
+                                     map ? "frames_per_s" : "a map"));
+  }
   if (map) environment.map_file = absolute_beside(reader.file(), environment.map_file);
   return environment;
 }

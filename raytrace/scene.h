@@ -76,7 +76,16 @@ struct EnvironmentLight {     // both given: an error; neither: black
   std::string map_file = {};  // lat-long (atlas/image_io.h), absolute after reading
   double scale_cd_m2 = 1;     // multiplies the map
   Eigen::Vector3d uniform_cd_m2 = {0, 0, 0};
+  // Above 0, the file is a clip of maps (atlas/environment_clip.h), of so many in a second.
+  double frames_per_s = 0;
+  double start_s = 0;  // when its first map is seen
+  long picture = 0;    // the map that the scene is posed at, from 0: clip_picture
 };
+
+// Which map of a clip is seen when the shutter opens at time_s: floor((time_s - start_s)
+// frames_per_s), where a millionth of a picture early is in time; the first before the clip begins.
+// 0 for a map that stands still. After the clip's end whoever reads it holds the last.
+long clip_picture(const EnvironmentLight& environment, double time_s);
 
 struct Material {
   Eigen::Vector3d base_color = {0.5, 0.5, 0.5};  // Lambert albedo, linear
@@ -182,7 +191,8 @@ struct Scene {
 //                  point and spot: position_m r, intensity_cd r, radius_m;
 //                  spot: direction r, inner_half_angle_deg, outer_half_angle_deg;
 //                  sun: direction r, illuminance_lux r
-//   [environment]  map and scale_cd_m2, or uniform_cd_m2
+//   [environment]  map and scale_cd_m2, or uniform_cd_m2; frames_per_s where the map is a clip (a
+//                  video, a folder of pictures, or a pattern such as "sky/*.exr"), start_s
 //   [geometry]     file r: glTF 2.0, .gltf or .glb (raytrace/gltf_mesh.h)
 //   [[moving]]     file r: glTF as above, one triangle or more; two or more [[moving.key]]
 //                  time_s r, position_m r, heading_deg, times ascending: surfaces that move, posed

@@ -51,6 +51,12 @@ Camera camera_at(const Scene& scene, double time_s) {
   return camera;
 }
 
+long clip_picture(const EnvironmentLight& environment, double time_s) {
+  if (environment.frames_per_s == 0) return 0;
+  const double place = (time_s - environment.start_s) * environment.frames_per_s;
+  return static_cast<long>(std::max(0.0, std::floor(place + 1e-6)));
+}
+
 std::vector<Camera> camera_samples(const Scene& scene, int count) {
   if (scene.camera_path.empty()) return {scene.camera};
   const double first_s = scene.camera_path.front().time_s;

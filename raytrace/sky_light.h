@@ -8,6 +8,8 @@
 // nearer to the truth wherever it acts.
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 #include "atlas/image.h"
@@ -15,11 +17,16 @@
 
 namespace pluvia {
 
+// The environment's map, or the map of its clip that it is posed at; nothing where it has none.
+// Throws std::runtime_error as read_environment_map and EnvironmentClip do.
+std::optional<Image> posed_map(const EnvironmentLight& environment);
+
 struct SkyLight {
   // One row for each harmonic, by l^2 + l + m, as many as harmonic_count(degree); one column for
   // each Rec.709 channel; cd/m^2.
   Eigen::Matrix<double, Eigen::Dynamic, 3> coefficients =
       Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(1, 3);
+  bool changes = false;  // a clip's: other maps of it may be brighter, or less even
 };
 
 int degree_of(const SkyLight& sky);                  // 0: the same from everywhere
@@ -28,7 +35,7 @@ Eigen::Vector3d mean_radiance(const SkyLight& sky);  // over the sphere, cd/m^2
 // In the world. map: as read_environment_map has it, nullptr where the scene names none. At most
 // that degree, 0 .. 8: from the top, degrees that hold less than 1e-4 of the mean are left out, for
 // the projection errs by up to 6e-5 (raytrace/environment_map.h) and a grey map is no more than
-// uniform.
+// uniform. Of a clip all are kept, so that each of its maps has as many.
 SkyLight sky_light(const EnvironmentLight& environment, const Image* map, int most_degree);
 
 // In a frame with these axes (columns, a rotation).

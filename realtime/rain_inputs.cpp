@@ -135,7 +135,7 @@ int sky_degree(const StreakAtlas& atlas, const RenderOptions& options) {
 }
 
 int sky_cells(const SkyLight& sky) {
-  const bool dark = degree_of(sky) == 0 && !(sky.coefficients.array() > 0).any();
+  const bool dark = !sky.changes && degree_of(sky) == 0 && !(sky.coefficients.array() > 0).any();
   return dark ? 0 : static_cast<int>(sky.coefficients.rows());
 }
 

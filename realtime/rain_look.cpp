@@ -102,6 +102,10 @@ RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const 
   return look;
 }
 
+void set_sky(const RainLook& look, const SkyLight& sky) {
+  if (look.sky.id()) update_buffer(look.sky, seen_through_sphere(transfer_options(look.look), sky));
+}
+
 bool takes_strokes(StreakLook look) {
   return is_sphere(look) || look == StreakLook::white;
 }

@@ -54,6 +54,9 @@ void check_look(const RenderOptions& options);
 // sky: as streaks of this look see it.
 RainLook make_rain_look(const Scene& scene, const RenderOptions& options, const SkyLight& sky);
 
+// Another sky of as many harmonics.
+void set_sky(const RainLook& look, const SkyLight& sky);
+
 // The same places, views and layers without light; of an atlas with strokes, the layers of
 // atlas/stroke_coverage.h, so that no streak of the space's sizes covers more than all.
 StreakAtlas coverage_alone(const StreakAtlas& atlas, const RainSpace& space, double exposure_s);

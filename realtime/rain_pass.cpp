@@ -271,6 +271,12 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
   return pass;
 }
 
+void set_sky(RainPass& pass, const SkyLight& sky) {
+  pass.uniforms.environment = to_glm(mean_radiance(sky), 0);
+  if (pass.sky.id()) update_buffer(pass.sky, gpu_sky(sky, *pass.space));
+  set_sky(pass.look, sky);
+}
+
 GpuAtlas atlas_of(const RainPass& pass) {
   if (pass.shapes_of_set > 0) return {};
   return {pass.atlas, pass.splat.atlas};

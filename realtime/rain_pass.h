@@ -76,6 +76,9 @@ RainPass make_rain_pass(const Scene& scene, const RainSpace& space, const Streak
                         const ScenePass& surfaces, const ShadowPass& shadows,
                         const WindPass* wind = nullptr, const GpuAtlas& kept = {});
 
+// Another sky of as many harmonics.
+void set_sky(RainPass& pass, const SkyLight& sky);
+
 // What another pass of the same atlas may keep.
 GpuAtlas atlas_of(const RainPass& pass);
 

@@ -11,6 +11,7 @@
 #include "realtime/composite_pass.h"
 #include "realtime/darkening_pass.h"
 #include "realtime/fog_pass.h"
+#include "realtime/moving_sky.h"
 #include "realtime/moving_surfaces.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_pass.h"
@@ -52,6 +53,7 @@ struct RainRenderer::State {
   ScenePass surfaces = {};
   std::optional<PicturePass> picture = {};  // nothing: the scene's surfaces are drawn
   ShadowPass shadows = {};
+  MovingSky sky = {};
   RainSpace space = {};
   std::optional<WindPass> wind = {};        // nothing: a scene whose rain has the closed form
   std::optional<RainPass> rain = {};        // nothing: a scene without drops
@@ -76,6 +78,11 @@ struct RainRenderer::State {
     return move_surfaces(scene, space, time_s, surfaces, shadows, rain ? &*rain : nullptr,
                          splashes ? &*splashes : nullptr);
   }
+  // Why the sky was not changed; empty: it was.
+  std::string move_sky(double time_s) {
+    return pluvia::move_sky(sky, scene.environment, time_s, surfaces, rain ? &*rain : nullptr,
+                            fog ? &*fog : nullptr);
+  }
   // What changes the scene as a whole, in the order of the light: as it leaves the surfaces, in the
   // air, in the eye.
   void draw_whole_image(Stopwatch& watch, std::vector<PassCost>& costs) {
@@ -97,7 +104,7 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                                                               const Scene& scene,
                                                               const StreakAtlas& atlas,
                                                               const RenderOptions& options,
-                                                              const GpuAtlas& kept) {
+                                                              const State* kept) {
   auto made = std::make_unique<State>();
   State& state = *made;
   state.context = std::move(context);
@@ -116,8 +123,11 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
                  .splashes = scene.splashes,
                  .darkening = scene.darkening,
                  .blur = scene.blur};
-  std::optional<Image> map;
-  if (!scene.environment.map_file.empty()) map = read_environment_map(scene.environment.map_file);
+  const int degree = sky_degree(atlas, options);
+  const bool same_sky = kept && kept->scene.environment.map_file == scene.environment.map_file;
+  state.sky = make_moving_sky(scene.environment, degree, same_sky ? kept->sky : MovingSky());
+  const std::optional<Image> map =
+      state.sky.clip ? state.sky.clip->at(state.sky.shown) : posed_map(scene.environment);
   state.surfaces = options.over_picture ? make_scene_targets(scene)
                                         : make_scene_pass(scene, map ? &*map : nullptr);
   state.shadows = make_shadow_pass(scene, state.surfaces);
@@ -129,10 +139,10 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (needs_motion(scene.rain)) state.wind = make_wind_pass(scene);
   if (!scene.rain.sizes.empty() || !scene.drops.empty())
-    state.rain = make_rain_pass(
-        scene, state.space, atlas, options,
-        sky_light(scene.environment, map ? &*map : nullptr, sky_degree(atlas, options)),
-        state.surfaces, state.shadows, state.wind ? &*state.wind : nullptr, kept);
+    state.rain = make_rain_pass(scene, state.space, atlas, options,
+                                sky_light(scene.environment, map ? &*map : nullptr, degree),
+                                state.surfaces, state.shadows, state.wind ? &*state.wind : nullptr,
+                                kept && kept->rain ? atlas_of(*kept->rain) : GpuAtlas());
   if (scene.splashes && state.streaks())
     state.splashes = make_splash_pass(scene, state.space, *state.rain, state.shadows);
   if (scene.fog)
@@ -154,7 +164,7 @@ RainRenderer::RainRenderer(const Scene& scene, const StreakAtlas& atlas,
 
 RainRenderer::RainRenderer(std::shared_ptr<GlContext> context, const Scene& scene,
                            const StreakAtlas& atlas, const RenderOptions& options)
-    : state_(make_state(std::move(context), scene, atlas, options, {})) {}
+    : state_(make_state(std::move(context), scene, atlas, options, nullptr)) {}
 
 RainRenderer::~RainRenderer() {
   state_->use();
@@ -162,8 +172,7 @@ RainRenderer::~RainRenderer() {
 
 void RainRenderer::remake(const Scene& scene, const StreakAtlas& atlas,
                           const RenderOptions& options) {
-  const GpuAtlas kept = state_->rain ? atlas_of(*state_->rain) : GpuAtlas();
-  state_ = make_state(state_->context, scene, atlas, options, kept);
+  state_ = make_state(state_->context, scene, atlas, options, state_.get());
 }
 
 void RainRenderer::show(const Picture& picture) {
@@ -221,6 +230,7 @@ Frame RainRenderer::draw(double time_s) {
   Stopwatch watch;
   const std::string stood = state.move(time_s);
   if (!state.scene.moving.empty()) watch.lap("moving surfaces", stood, frame.costs);
+  if (state.sky.clip) watch.lap("sky", state.move_sky(time_s), frame.costs);
   if (state.wind) watch.lap("wind", step_wind(*state.wind, time_s), frame.costs);
   state.draw_background();
   watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
@@ -270,6 +280,7 @@ FramePlan RainRenderer::plan() {
   state.use();
   FramePlan plan;
   if (!state.shadows.empty()) plan.passes.push_back(plan_of(state.shadows));
+  if (state.sky.clip) plan.passes.push_back(plan_of(state.sky, state.scene.environment));
   plan.passes.push_back(state.picture ? plan_of(*state.picture, state.surfaces)
                                       : plan_of(state.surfaces));
   if (state.darkening) plan.passes.push_back(plan_of(*state.darkening));

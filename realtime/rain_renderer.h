@@ -181,7 +181,7 @@ class RainRenderer {
   struct State;
   static std::unique_ptr<State> make_state(std::shared_ptr<GlContext> context, const Scene& scene,
                                            const StreakAtlas& atlas, const RenderOptions& options,
-                                           const GpuAtlas& kept);
+                                           const State* kept);
 
   std::unique_ptr<State> state_;
 };

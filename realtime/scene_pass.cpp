@@ -77,12 +77,16 @@ void upload_mesh(ScenePass& pass, const Scene& scene) {
   glVertexArrayElementBuffer(array, pass.indices.id());
 }
 
+void update_sky(const GlTexture& texture, const Image& map) {
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(texture.id(), 0, 0, 0, map.width, map.height, GL_RGB, GL_FLOAT,
+                      map.values.data());
+}
+
 GlTexture upload_sky(const Image* map) {
   if (!map) return make_texture(GL_RGB32F, 1, 1);
   GlTexture texture = make_texture(GL_RGB32F, map->width, map->height);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(texture.id(), 0, 0, 0, map->width, map->height, GL_RGB, GL_FLOAT,
-                      map->values.data());
+  update_sky(texture, *map);
   glTextureParameteri(texture.id(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glTextureParameteri(texture.id(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
@@ -198,6 +202,12 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map) {
   pass.no_vertices = make_vertex_array();
   pass.sky_map = upload_sky(environment_map);
   return pass;
+}
+
+void set_sky(ScenePass& pass, const EnvironmentLight& environment, const Image& map) {
+  if (pass.sky_map.id() == 0) return;
+  pass.values.ambient = glm::vec4(glm::vec3(mean_environment(environment, &map)), 1);
+  update_sky(pass.sky_map, map);
 }
 
 void move_vertices(const ScenePass& pass, const Scene& scene) {

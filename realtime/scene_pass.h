@@ -43,6 +43,9 @@ ScenePass make_scene_pass(const Scene& scene, const Image* environment_map);
 // and no light; the vertices only where shadows are cast or parts move.
 ScenePass make_scene_targets(const Scene& scene);
 
+// Another map of the environment, of the size of the first; nothing for targets alone.
+void set_sky(ScenePass& pass, const EnvironmentLight& environment, const Image& map);
+
 // Uploads the vertices of the moving parts as scene.mesh has them now.
 void move_vertices(const ScenePass& pass, const Scene& scene);
 

@@ -140,6 +140,10 @@ TEST(Scene, AnythingOutOfRangeIsRefusedWithItsPlace) {
             "11:1: environment has map and uniform_cd_m2; expected one of them");
   EXPECT_EQ(refusal_of(camera + "[environment]\nscale_cd_m2 = 2\n"),
             "10:1: environment.scale_cd_m2 without a map; expected map beside it");
+  EXPECT_EQ(refusal_of(camera + "[environment]\nframes_per_s = 24\n"),
+            "10:1: environment.frames_per_s without a map; expected a clip of maps");
+  EXPECT_EQ(refusal_of(camera + "[environment]\nmap = \"a.exr\"\nstart_s = 1\n"),
+            "11:1: environment.start_s without frames_per_s; expected a clip of maps");
   EXPECT_EQ(refusal_of(camera + "[rain]\ndrops_per_m3 = 1\nbox_min_m = [-10, -10, 0]\n"
                                 "box_max_m = [10, -10, 12]\n"),
             "12:1: rain.box_max_m[1] = -10; expected 0.001 m or more above box_min_m[1] = -10");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -9,7 +10,6 @@
 #include <tbb/parallel_for.h>
 
 #include "atlas/atlas_lookup.h"
-#include "atlas/image_io.h"
 #include "raytrace/rain_fog.h"
 #include "raytrace/streak_geometry.h"
 #include "validate/streak_footprint.h"
@@ -212,9 +212,9 @@ void require_picture(const Image& image, const Camera& camera, int channels, boo
 
 SkyLight sky_of(const Scene& scene, const StreakAtlas& atlas, int most_degree) {
   const EnvironmentLight& environment = scene.environment;
-  if (environment.map_file.empty()) return sky_light(environment, nullptr, 0);
-  const Image map = read_environment_map(environment.map_file);
-  return sky_light(environment, &map, std::max(0, std::min(most_degree, atlas.transfer_degree)));
+  const std::optional<Image> map = posed_map(environment);
+  if (!map) return sky_light(environment, nullptr, 0);
+  return sky_light(environment, &*map, std::max(0, std::min(most_degree, atlas.transfer_degree)));
 }
 
 FrameComposite composite_frame(const Scene& scene, const StreakAtlas& atlas,
