@@ -99,7 +99,14 @@ void write_bytes(const std::string& file, const std::vector<unsigned char>& byte
 
 }  // namespace
 
-Image read_image(const std::string& file) {
+namespace {
+
+struct WholeImage {
+  Image image = {};
+  bool encoded = false;  // of whole numbers, 0 .. 1
+};
+
+WholeImage read_whole(const std::string& file) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
   if (error) {
@@ -107,7 +114,9 @@ Image read_image(const std::string& file) {
         fmt::format("{}: cannot read: {}; expected a picture", file, error.message()));
   }
   if (size == 0) throw_unreadable(file, "it is empty");
-  const auto input = OIIO::ImageInput::open(file);
+  OIIO::ImageSpec config;  // else colours of whole numbers come multiplied by their opacity
+  config["oiio:UnassociatedAlpha"] = 1;
+  const auto input = OIIO::ImageInput::open(file, &config);
   if (!input) throw_unreadable(file, OIIO::geterror());
   if (input->spec().get_int_attribute("oiio:Movie") != 0)
     throw std::runtime_error(file + ": is a video; expected a picture");
@@ -117,11 +126,17 @@ Image read_image(const std::string& file) {
       input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, image.values.data());
   if (!whole || input->has_error()) throw_unreadable(file, input->geterror());
   refuse_non_finite(file, image);
-  return image;
+  return {std::move(image), !spec.format.is_floating_point()};
+}
+
+}  // namespace
+
+Image read_image(const std::string& file) {
+  return read_whole(file).image;
 }
 
 Image read_environment_map(const std::string& file) {
-  const Image all = read_image(file);
+  const auto [all, encoded] = read_whole(file);
   if (all.channels < 3 || all.width != 2 * all.height) {
     throw std::runtime_error(
         fmt::format("{}: {} x {} pixels, {} channels; expected width = 2 * height and 3 channels",
@@ -130,7 +145,10 @@ Image read_environment_map(const std::string& file) {
   Image map = make_image(all.width, all.height, 3);
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
-      for (int c = 0; c < 3; ++c) map.at(x, y, c) = all.at(x, y, c);
+      for (int c = 0; c < 3; ++c) {
+        const float value = all.at(x, y, c);
+        map.at(x, y, c) = encoded ? static_cast<float>(srgb_linear(value)) : value;
+      }
     }
   }
   refuse_values(

@@ -14,10 +14,10 @@ namespace pluvia {
 // files.
 Image read_image(const std::string& file);
 
-// A lat-long environment map: read_image, then at least 3 channels (the first three are kept),
-// width
-// == 2 * height, not all zero, no negative value: "FILE: pixel (x, y) channel c = -3.1; expected >=
-// 0". Column 0 is longitude -180 deg: direction of pixel centre (x, y) in the world (z up):
+// A lat-long environment map: at least 3 channels (the first three are kept), width = 2 height, not
+// all zero, no negative value: "FILE: pixel (x, y) channel c = -3.1; expected >= 0". Whole numbers
+// are taken as sRGB-encoded, white is 1; floats as they are. Column 0 is longitude -180 deg:
+// direction of pixel centre (x, y) in the world (z up):
 //   azimuth = 2 pi ((x + 0.5) / width - 0.5) from +x towards -y (so the map reads left to right
 //   when seen from inside), elevation = pi (0.5 - (y + 0.5) / height).
 Image read_environment_map(const std::string& file);

@@ -214,6 +214,22 @@ TEST(ImageIo, FourthChannelOfAnEnvironmentMapIsLeftOut) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(read.at(3, 1, c), map.at(3, 1, c));
 }
 
+TEST(ImageIo, WholeNumbersOfAnEnvironmentMapAreMadeLinear) {
+  // A PNG rounds to half of a step, 1/510, of the encoded value, which moves the linear one by less
+  // than 1/510 times the encoding's greatest slope, 2.28.
+  const TemporaryFolder folder;
+  Image map = make_image(8, 4, 3);
+  for (std::size_t i = 0; i < map.values.size(); ++i)
+    map.values[i] = static_cast<float>(i + 1) / static_cast<float>(map.values.size());
+  write_png(folder / "map.png", map);
+  write_exr(folder / "map.exr", map);
+  const Image png = read_environment_map(folder / "map.png");
+  const Image exr = read_environment_map(folder / "map.exr");
+  EXPECT_EQ(exr.values, map.values);
+  for (std::size_t i = 0; i < map.values.size(); ++i)
+    EXPECT_NEAR(png.values[i], map.values[i], 2.28 / 510) << i;
+}
+
 TEST(ImageIo, MeanOfAUniformSphereIsItsRadiance) {
   // Weights telescope to exactly 1; summing 2 n^2 of them rounds to about 1e-16 sqrt(2 n^2) <
   // 1e-13.
