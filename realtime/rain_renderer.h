@@ -99,7 +99,7 @@ struct Frame {
   Image rain_tau = {};    // 1 channel: sum of -log(1 - coverage), of both
   Image depth_m = {};     // 1 channel: distance along the view axis; +inf where there is no surface
   std::vector<PassCost> costs = {};  // of each pass of the plan that a frame runs; before
-                                     // them of what moves, if anything does
+                                     // them of surfaces that move, if any do
   long streaks_in_view = 0;  // a drop has one for each segment (raytrace/streak_placement.h)
   long splash_strokes = 0;   // parts of splashes in view (realtime/splash_pass.h)
   PacketCounts packets = {};

@@ -87,6 +87,13 @@ TEST(StreakStrokes, AFileThatIsNoPictureIsRefusedByName) {
   EXPECT_THAT(refusal_of(folder / ""), HasSubstr("strokes/0000.exr: "));
 }
 
+TEST(StreakStrokes, ThoseThatAreShippedCanBeDrawn) {
+  StreakAtlas atlas = quarter_atlas();
+  atlas.strokes = read_streak_strokes(PLUVIA_SOURCE_DIR "/data/mattes");
+  EXPECT_EQ(atlas.strokes.taken.size(), 12u);
+  EXPECT_EQ(stroke_coverage(atlas, 1).layers.size(), 20u);
+}
+
 StreakAtlas atlas_with(StreakStroke stroke) {
   StreakAtlas atlas = quarter_atlas();
   atlas.strokes = strokes_of({std::move(stroke)});
