@@ -112,7 +112,7 @@ TEST(FramePrices, ReferencesOfNearLampsHaveNoNoiseInCommon) {
   // 2e-5), so both sides are the same streaks: what they differ by is noise. Over the stated noise
   // the squares of 6 streaks add up to a chi-square of 6, heavier in its tail since 12 passes tell
   // their own spread to 20 %: below 0.2 for 1 seed in 6,000, above 30 for 1 in 1,800. With one seed
-  // on both sides the sum is that of 2e-5 over some per cent.
+  // on both sides it is 2e-10.
   const Preset preset = read_preset(PLUVIA_SOURCE_DIR "/data/presets/preview.toml");
   const auto fluxes = near_lamp_fluxes(quarter_atlas(), preset, {1e4}, 300);
   ASSERT_EQ(fluxes.size(), 1u);

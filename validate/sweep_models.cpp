@@ -200,14 +200,18 @@ void trace_truth(const ModelScene& kind, const SweepInputs& inputs, const Preset
 }
 
 std::string text_of(const ModelScene& kind, const Judge& judge) {
-  return fmt::format(
+  std::string text = fmt::format(
       "{} x {} px on {}; {}. Against the reference tracer with all orders, pixel by pixel, less "
       "its noise (relative standard error {:.2g}; what cannot be told from none is told as a "
       "bound). FLIP: mean LDR-FLIP of the frame, {:.2g} between two halves of the reference; "
-      "light: of all streaks, over the reference's. Where far streaks stand for others, that is "
-      "added: from the dense rain that times are of, against all of its streaks.",
+      "light: of all streaks, over the reference's.",
       judge.scene.camera.width_px, judge.scene.camera.height_px, judge.renderer->gl_info().renderer,
       kind.drops, noise_of(judge.truth), judge.flip_noise);
+  if (!kind.wide_streaks)
+    text +=
+        " Where a few far streaks stand for all, what that costs is added in squares: of the dense "
+        "rain that times are of, against all of its streaks.";
+  return text;
 }
 
 SweepCurve sweep_scene(const ModelScene& kind, const SweepInputs& inputs,
@@ -229,7 +233,7 @@ SweepCurve sweep_scene(const ModelScene& kind, const SweepInputs& inputs,
   for (RainSize& size : dense.rain.sizes) size.drops_per_m3 *= denser;
   for (Model& model : models) {
     judge_model(judge, model);
-    price_far_streaks(judge, dense, model);
+    if (!kind.wide_streaks) price_far_streaks(judge, dense, model);
   }
   time_models(inputs, progress, judge, dense, models);
   SweepCurve curve = {
