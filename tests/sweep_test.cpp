@@ -437,10 +437,12 @@ TEST_F(SweepMeasured, ModelsAreRefusedAnAtlasThatCannotBeJudged) {
   StreakAtlas atlas = synthetic_atlas({.cell_width_px = 16, .levels = 5, .layers = 2});
   atlas.diameter_um = 3200;
   write_atlas(folder / "atlas", atlas);
-  const Outcome refused = run_pluvia(fmt::format(
-      "sweep --quick --curve models-night --atlas {} --out {}", folder / "atlas", folder / "out"));
-  EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err, HasSubstr("not what models are judged with; expected ten sets"));
+  for (const char* curve : {"models-night", "models-near-day"}) {
+    const Outcome refused = run_pluvia(fmt::format("sweep --quick --curve {} --atlas {} --out {}",
+                                                   curve, folder / "atlas", folder / "out"));
+    EXPECT_EQ(refused.code, 1) << curve;
+    EXPECT_THAT(refused.err, HasSubstr("not what models are judged with; expected ten sets"));
+  }
 }
 
 // Drops 2 to 12 m away, a lamp above them.

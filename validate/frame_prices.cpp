@@ -84,9 +84,26 @@ DropsScene one_drop(int set, double distance_m) {
   return {.drops = {{20, 0, distance_m, set}}, .suns = suns_of_database};
 }
 
-// So many samples as at 6 m, whatever the size of the streak.
-ReferenceSettings settings_at(double distance_m) {
-  return reference_settings(30000 * std::pow(distance_m / 6, 2));
+constexpr double seen_from_m = 4;  // drops beside near lamps
+
+// A square pixel; so many of a drop as at 6 m, whatever the size of the streak.
+double samples_at(double distance_m) {
+  return 30000 * std::pow(distance_m / 6, 2);
+}
+
+// Under three lamps, the map a thousandth as bright.
+Scene at_night(Scene scene) {
+  scene.camera.white_cd_m2 = 10;
+  scene.environment.scale_cd_m2 /= 1000;
+  const auto lamp = [&](const char* name, const Eigen::Vector3d& position_m,
+                        const Eigen::Vector3d& intensity_cd) {
+    scene.lights.push_back({.name = name, .position_m = position_m, .intensity_cd = intensity_cd});
+  };
+  scene.lights.clear();
+  lamp("behind the rain", {1.5, 11, 5}, {3000, 2400, 1500});
+  lamp("beside it", {-7, 5, 6}, {3000, 2400, 1500});
+  lamp("behind the camera", {3, -4, 4}, {2000, 2100, 2400});
+  return scene;
 }
 
 }  // namespace
@@ -148,8 +165,8 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
   for (const double distance_m : {6.0, 2.0, 1.0, 0.5, 0.3}) {
     std::vector<StreakFlux> fluxes;
     for (const int set : sets) {
-      const DropTrial trial =
-          trial_of(one_drop(set, distance_m), atlas, preset, options, settings_at(distance_m));
+      const DropTrial trial = trial_of(one_drop(set, distance_m), atlas, preset, options,
+                                       reference_settings(samples_at(distance_m)));
       const Image ours = rendered(renderer, trial.scene, atlas).rain;
       const auto more = fluxes_of(light_in(ours, trial.masks), trial.truth);
       fluxes.insert(fluxes.end(), more.begin(), more.end());
@@ -160,25 +177,35 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
   return tags;
 }
 
-std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset) {
+std::vector<std::vector<StreakFlux>> near_lamp_fluxes(const StreakAtlas& atlas,
+                                                      const Preset& preset,
+                                                      const std::vector<double>& lamps_m,
+                                                      double samples_per_px) {
   ReferenceOptions options = reference_options(preset);
   options.most_order = preset.field.paths.max_order;
-  constexpr double seen_from_m = 4;
-  constexpr std::array<double, 5> lamps_m = {4, 2, 1, 0.5, 0.25};
-  const ReferenceSettings settings = settings_at(seen_from_m);
-  std::array<std::vector<StreakFlux>, lamps_m.size()> fluxes;
+  const ReferenceSettings settings = reference_settings(samples_per_px);
+  ReferenceSettings others = settings;
+  others.seed = settings.seed + 1;
+  const std::vector<int> numbers = set_numbers(atlas);
+  std::vector<std::vector<StreakFlux>> fluxes(lamps_m.size());
   for (const int set : sets) {
     const Scene far = scene_of(one_drop(set, seen_from_m), atlas);
     const auto masks = rectangles_of(far, atlas);
-    const auto ours = reference_light(far, preset, set_numbers(atlas), masks, options, settings);
+    const auto ours = reference_light(far, preset, numbers, masks, options, settings);
     for (std::size_t k = 0; k < lamps_m.size(); ++k) {
-      const auto truth = reference_light(with_lamps(far, lamps_m[k]), preset, set_numbers(atlas),
-                                         masks, options, settings);
+      const auto truth =
+          reference_light(with_lamps(far, lamps_m[k]), preset, numbers, masks, options, others);
       for (std::size_t c = 0; c < 3; ++c)
         fluxes[k].push_back({ours.light[0][c], truth.light[0][c],
                              std::hypot(ours.standard_error[0][c], truth.standard_error[0][c])});
     }
   }
+  return fluxes;
+}
+
+std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset) {
+  const std::vector<double> lamps_m = {4, 2, 1, 0.5, 0.25};
+  const auto fluxes = near_lamp_fluxes(atlas, preset, lamps_m, samples_at(seen_from_m));
   std::vector<DistanceTag> tags;
   for (std::size_t k = 0; k < lamps_m.size(); ++k)
     tags.push_back({fmt::format("a lamp {} m away as its direction at mid path", lamps_m[k]),
@@ -213,23 +240,29 @@ Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder) {
 }
 
 Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder) {
+  return at_night(small_frame(atlas, data_folder));
+}
+
+Scene near_frame(const StreakAtlas& atlas, const std::string& data_folder) {
   Scene scene = small_frame(atlas, data_folder);
-  scene.camera.white_cd_m2 = 10;
-  scene.environment.scale_cd_m2 /= 1000;
-  const auto lamp = [&](const char* name, const Eigen::Vector3d& position_m,
-                        const Eigen::Vector3d& intensity_cd) {
-    scene.lights.push_back({.name = name, .position_m = position_m, .intensity_cd = intensity_cd});
-  };
-  scene.lights.clear();
-  lamp("behind the rain", {1.5, 11, 5}, {3000, 2400, 1500});
-  lamp("beside it", {-7, 5, 6}, {3000, 2400, 1500});
-  lamp("behind the camera", {3, -4, 4}, {2000, 2100, 2400});
+  scene.camera.vertical_fov_deg = 9;
+  scene.camera.width_px = 240;
+  scene.camera.height_px = 135;
+  scene.rain.box_min_m = {-0.15, 0.15, 1.5};
+  scene.rain.box_max_m = {0.15, 0.6, 1.95};
+  scene.rain.sizes.front().drops_per_m3 = 1200;
+  scene.rain.culling_radius_m = 0.7;
+  scene.rain.local_height_m = 0.45;
   return scene;
+}
+
+Scene near_night_frame(const StreakAtlas& atlas, const std::string& data_folder) {
+  return at_night(near_frame(atlas, data_folder));
 }
 
 ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                const ReferenceOptions& options, const Preset& preset,
-                               double samples_per_px, int passes) {
+                               double samples_per_px, int passes, std::uint64_t seed) {
   const auto drops = drops_with_sets(scene, set_numbers(atlas), 0);
   const auto traced = make_reference_scene(scene, drops, preset, options);
   const ReferenceSettings settings = {.error = 1e-9,
@@ -237,7 +270,8 @@ ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                       .least_passes = passes,
                                       .most_passes = passes,
                                       .surface_samples = 4,
-                                      .samples_per_px = samples_per_px};
+                                      .samples_per_px = samples_per_px,
+                                      .seed = seed};
   ReferenceSums sums = empty_sums(*traced);
   trace_reference(*traced, settings, sums);
   const ReferenceLayer rain = layer_of(sums.rain, sums.rain_squares, sums.passes);
@@ -251,6 +285,21 @@ ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
   for (std::size_t i = 0; i < sums.coverage.size(); ++i)
     frame.coverage.values[i] = static_cast<float>(sums.coverage[i] / sums.passes);
   return frame;
+}
+
+ReferenceFrame mean_of(const ReferenceFrame& a, const ReferenceFrame& b) {
+  ReferenceFrame mean = a;
+  for (std::size_t i = 0; i < mean.rain.values.size(); ++i) {
+    mean.rain.values[i] = (a.rain.values[i] + b.rain.values[i]) / 2;
+    mean.variance.values[i] = (a.variance.values[i] + b.variance.values[i]) / 4;
+  }
+  for (std::size_t i = 0; i < mean.coverage.values.size(); ++i)
+    mean.coverage.values[i] = (a.coverage.values[i] + b.coverage.values[i]) / 2;
+  return mean;
+}
+
+double noise_of(const ReferenceFrame& frame) {
+  return noisy_error(frame.rain, frame.rain, frame.variance).noise;
 }
 
 Image with_rain(const Image& background, const Image& rain, float gain) {

@@ -3,6 +3,7 @@
 // tracer.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "validate/drop_trial.h"
 #include "validate/price_tags.h"
 #include "validate/report.h"
+#include "validate/streak_flux.h"
 
 namespace pluvia {
 
@@ -41,6 +43,15 @@ std::vector<DistanceTag> near_drop_prices(const StreakAtlas& atlas, const Preset
 // the place that it is: reference against reference, lamps 4 to 0.25 m from the path's middle.
 std::vector<DistanceTag> near_lamp_prices(const StreakAtlas& atlas, const Preset& preset);
 
+// For each distance [m, > 0] the streaks of two sets under three lamps, as directions (measured)
+// and where they are (truth), with the noise of both. The two sides have seeds of their own: with
+// one seed their noise would be the same in part, and less of it in the difference than is taken
+// away. So with lamps that are very far the difference is noise of the stated size.
+std::vector<std::vector<StreakFlux>> near_lamp_fluxes(const StreakAtlas& atlas,
+                                                      const Preset& preset,
+                                                      const std::vector<double>& lamps_m,
+                                                      double samples_per_px);
+
 // A whole frame of some 600 drops, 250 of them in view, 1 to 7 m before the camera under the map of
 // a city and a sun, 320 x 180 pixels, no surface. All its drops are near: the reference needs a
 // minute, not hours.
@@ -50,6 +61,11 @@ Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder);
 // map a thousandth as bright.
 Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder);
 
+// The same sky and sun, and the same lamps, through a long lens: some ten drops 0.15 to 0.6 m
+// before it, 240 x 135 pixels, streaks 5 to 18 pixels wide.
+Scene near_frame(const StreakAtlas& atlas, const std::string& data_folder);
+Scene near_night_frame(const StreakAtlas& atlas, const std::string& data_folder);
+
 struct ReferenceFrame {
   Image rain = {};      // RGB
   Image variance = {};  // of it
@@ -58,7 +74,13 @@ struct ReferenceFrame {
 // passes >= 2, besides four that learn.
 ReferenceFrame reference_frame(const Scene& scene, const StreakAtlas& atlas,
                                const ReferenceOptions& options, const Preset& preset,
-                               double samples_per_px, int passes);
+                               double samples_per_px, int passes, std::uint64_t seed = 1);
+
+// Of two that were traced with other seeds and as many passes.
+ReferenceFrame mean_of(const ReferenceFrame& a, const ReferenceFrame& b);
+
+// Relative standard error of its rain: sqrt(sum v / (sum b^2 - sum v)).
+double noise_of(const ReferenceFrame& frame);
 
 // A background with a layer of rain over it, so many times as strong as it is; 0 where that is
 // below.

@@ -31,8 +31,10 @@ const std::vector<KnownCurve>& known_curves() {
       {"drop", false, sweep_drop, "the preset's; of the finer runs the three after it"},
       {"atlas", false, sweep_atlas, "the preset's"},
       {"renderer", true, sweep_renderer, "the scene's"},
-      {"models-day", true, sweep_models_by_day, "rain 2006; reference 1"},
-      {"models-night", true, sweep_models_at_night, "rain 2006; reference 1"}};
+      {"models-day", true, sweep_models_by_day, "rain 2006; reference 1 and 2"},
+      {"models-night", true, sweep_models_at_night, "rain 2006; reference 1 and 2"},
+      {"models-near-day", true, sweep_near_models_by_day, "rain 2006; reference 1 and 2"},
+      {"models-near-night", true, sweep_near_models_at_night, "rain 2006; reference 1 and 2"}};
   return curves;
 }
 

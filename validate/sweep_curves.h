@@ -55,12 +55,17 @@ SweepCurve sweep_atlas(const SweepInputs& inputs, const Progress& progress);
 SweepCurve sweep_renderer(const SweepInputs& inputs, const Progress& progress);
 
 // What each model of a streak's light costs and is off (realtime/rain_look.h, billboard_pass.h):
-// flat white, a sphere's transfer function, refraction by masks, traced streaks by their lookups,
-// billboards of 2010; of
-// the same drops, in two small scenes (validate/frame_prices.h), against the reference tracer.
-// Times are of the same rain 100 times as dense, as in sweep_renderer. Throws std::runtime_error
-// for files, as RainRenderer, and for an atlas that lacks what the reference needs.
+// flat white; A, billboards of 2010 and traced streaks by their lookups, the sky by harmonics or by
+// its mean, few far streaks for many; B, a sphere's transfer function; C, refraction by masks; of
+// the same drops, in small scenes (validate/frame_prices.h), against the reference tracer. Times
+// are of the same rain 100 times as dense (near drops: 10 times), as in sweep_renderer; there, what
+// far streaks that stand for others are off is measured against all of them, and added in squares.
+// Near drops have wide streaks: there refraction is measured by its samples. Throws
+// std::runtime_error for files, as RainRenderer, and for an atlas that lacks what the reference
+// needs.
 SweepCurve sweep_models_by_day(const SweepInputs& inputs, const Progress& progress);
 SweepCurve sweep_models_at_night(const SweepInputs& inputs, const Progress& progress);
+SweepCurve sweep_near_models_by_day(const SweepInputs& inputs, const Progress& progress);
+SweepCurve sweep_near_models_at_night(const SweepInputs& inputs, const Progress& progress);
 
 }  // namespace pluvia

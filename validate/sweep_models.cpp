@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 
@@ -17,9 +19,17 @@
 namespace pluvia {
 namespace {
 
-// So many times the drops, where time is measured: a frame of a few hundred streaks costs what any
-// frame does.
-constexpr double denser = 100;
+// A scene that models are judged in.
+struct ModelScene {
+  std::string kind = {}, what = {};  // of the curve's name and title
+  std::string drops = {};            // where they are
+  Scene (*make)(const StreakAtlas& atlas, const std::string& data_folder) = nullptr;
+  bool wide_streaks = false;  // that show what a drop shows; too few for a far field
+  // So many times the drops, where time is measured: a frame of a few streaks costs what any frame
+  // does.
+  double denser = 100;
+  double samples_per_px = 1000;  // of the reference
+};
 
 struct Model {
   SweepPoint point = {};
@@ -32,10 +42,13 @@ struct Judge {
   const StreakAtlas& atlas;
   Scene scene = {};
   ReferenceFrame truth = {};
+  double flip_noise = 0;  // mean LDR-FLIP between two halves of the reference
   std::optional<RainRenderer> renderer = {};
 
   Frame render(const RenderOptions& options) { return rendered(renderer, scene, atlas, options); }
 };
+
+constexpr const char* sky_by_harmonics = ", the sky by harmonics";
 
 double sum_of(const Image& image) {
   double sum = 0;
@@ -63,35 +76,59 @@ Model best_white(Judge& judge) {
   const Frame unit = judge.render({.look = StreakLook::white, .streak_cd_m2 = 1.0});
   const double light = sum_of(judge.truth.rain) + hidden_light(judge.truth, unit.background);
   const double radiance = std::max(0.0, light / sum_of(unit.rain));
-  return model("flat", "white streaks, as bright in all as the true ones",
+  return model("white", "white streaks, as bright in all as the true ones",
                fmt::format("--look white --streak-cd-m2 {:.3g}", radiance),
                {.look = StreakLook::white, .streak_cd_m2 = radiance});
 }
 
-std::vector<Model> models_of(Judge& judge, bool quick) {
+// As published, and as traced; harmonics of the sky or its mean, which billboards have, too.
+void add_model_a(const ModelScene& kind, bool quick, std::vector<Model>& models) {
+  const auto add = [&](const std::string& what, RenderOptions options, const std::string& flags) {
+    const std::string lookup = lookup_name(options.lookup);
+    models.push_back(model("A: traced streaks", "A: traced, " + lookup + what,
+                           "--lookup " + lookup + flags, options));
+  };
+  for (const auto lookup : {LookupMode::nearest, LookupMode::view_linear, LookupMode::trilinear})
+    add(sky_by_harmonics, {.lookup = lookup}, "");
+  if (quick) return;
+  for (const auto lookup : {LookupMode::view_linear, LookupMode::trilinear})
+    add(", the sky's mean", {.lookup = lookup, .sky_degree = 0}, " --sky-degree 0");
+  for (const double n : {16.0, 4.0, 1.0}) {
+    if (kind.wide_streaks) continue;
+    add(fmt::format(", {} far streaks for all", n),
+        {.far_streaks = n, .lookup = LookupMode::trilinear}, fmt::format(" --far-streaks {}", n));
+  }
+  for (const auto lookup : {LookupMode::nearest, LookupMode::view_linear})
+    models.push_back(model("A: billboards of 2010",
+                           fmt::format("A: billboards of 2010, {}", lookup_name(lookup)), "",
+                           {.path = RainPath::billboards_2010, .lookup = lookup}));
+}
+
+void add_model_c(const ModelScene& kind, bool quick, std::vector<Model>& models) {
+  const auto add = [&](int samples, SceneCapture capture) {
+    const bool wide = capture == SceneCapture::wide;
+    models.push_back(model(
+        wide ? "C: refraction, 165 degrees" : "C: refraction",
+        fmt::format("C: refraction, {} sample{}{}", samples, samples == 1 ? "" : "s",
+                    wide ? ", 165 degrees" : ""),
+        fmt::format("--look refraction --masks DIR --persistence {}{}", samples,
+                    wide ? " --capture wide" : ""),
+        {.look = StreakLook::refraction, .persistence_samples = samples, .capture = capture}));
+  };
+  constexpr int usual = RenderOptions{}.persistence_samples;
+  if (quick || !kind.wide_streaks) return add(usual, SceneCapture::cube);
+  for (const int samples : {1, 5, 10, 20, 50}) add(samples, SceneCapture::cube);
+  add(50, SceneCapture::wide);
+}
+
+std::vector<Model> models_of(const ModelScene& kind, Judge& judge, bool quick) {
   std::vector<Model> models = {
       best_white(judge),
-      model("a sphere's transfer", "sphere as published in 2006", "--look sphere-published",
+      model("B: a sphere's transfer", "B: sphere as published in 2006", "--look sphere-published",
             {.look = StreakLook::sphere_published}),
-      model("a sphere's transfer", "sphere", "--look sphere", {.look = StreakLook::sphere}),
-      model("traced streaks", "nearest", "--lookup nearest", {.lookup = LookupMode::nearest}),
-      model("traced streaks", "view-linear", "--lookup view-linear", {}),
-      model("traced streaks", "trilinear", "--lookup trilinear",
-            {.lookup = LookupMode::trilinear})};
-  if (mask_count(judge.atlas.masks) > 0)
-    models.push_back(model("refraction", "refraction", "--look refraction --masks DIR",
-                           {.look = StreakLook::refraction}));
-  if (quick) return models;
-  models.push_back(model("traced streaks", "trilinear, the sky's mean",
-                         "--lookup trilinear --sky-degree 0",
-                         {.lookup = LookupMode::trilinear, .sky_degree = 0}));
-  models.push_back(model("traced streaks", "trilinear, 4 far streaks for all",
-                         "--lookup trilinear --far-streaks 4",
-                         {.far_streaks = 4, .lookup = LookupMode::trilinear}));
-  models.push_back(model("billboards of 2010", "billboards, nearest", "",
-                         {.path = RainPath::billboards_2010, .lookup = LookupMode::nearest}));
-  models.push_back(model("billboards of 2010", "billboards, view-linear", "",
-                         {.path = RainPath::billboards_2010}));
+      model("B: a sphere's transfer", "B: sphere", "--look sphere", {.look = StreakLook::sphere})};
+  add_model_a(kind, quick, models);
+  if (mask_count(judge.atlas.masks) > 0) add_model_c(kind, quick, models);
   return models;
 }
 
@@ -110,10 +147,29 @@ void judge_model(Judge& judge, Model& model) {
                       {"light", (sum_of(rain) + hidden) / (sum_of(judge.truth.rain) + hidden)}};
 }
 
+// Where few streaks are, all of them are drawn. What it costs that some stand for others shows in
+// the dense rain, beside all of that rain, and adds to what the model is off.
+void price_far_streaks(Judge& judge, const Scene& dense, Model& model) {
+  double lost = 0;
+  if (model.options.far_streaks > 0) {
+    RenderOptions all = model.options;
+    all.far_streaks = 0;
+    const auto rain = [&](const RenderOptions& options) {
+      judge.renderer->remake(dense, judge.atlas, options);
+      const Frame frame = judge.renderer->render(0);
+      return rain_layer(frame.color, frame.background);
+    };
+    lost = relative_rmse(rain(model.options), rain(all));
+  }
+  SweepPoint& point = model.point;
+  const double error = std::hypot(point.error, lost);
+  if (lost > 0) point.standard_error *= point.error / error;
+  point.error = error;
+  point.also.emplace_back("of it by far streaks", lost);
+}
+
 void time_models(const SweepInputs& inputs, const Progress& progress, Judge& judge,
-                 std::vector<Model>& models) {
-  Scene dense = judge.scene;
-  for (RainSize& size : dense.rain.sizes) size.drops_per_m3 *= inputs.quick ? 1 : denser;
+                 const Scene& dense, std::vector<Model>& models) {
   RainRenderer& renderer = *judge.renderer;
   for (int round = 0; round < inputs.repeats; ++round) {
     for (std::size_t k = 0; k < models.size(); ++k) {
@@ -126,10 +182,40 @@ void time_models(const SweepInputs& inputs, const Progress& progress, Judge& jud
   }
 }
 
-using MakeScene = Scene (*)(const StreakAtlas& atlas, const std::string& data_folder);
+// In two halves, to know what FLIP their noise has.
+void trace_truth(const ModelScene& kind, const SweepInputs& inputs, const Preset& preset,
+                 Judge& judge) {
+  const double samples_per_px = kind.samples_per_px / (inputs.quick ? 10 : 1);
+  const auto half = [&](std::uint64_t seed) {
+    return reference_frame(judge.scene, judge.atlas, reference_options(preset), preset,
+                           samples_per_px, inputs.quick ? 3 : 6, seed);
+  };
+  const ReferenceFrame one = half(1), other = half(2);
+  judge.truth = mean_of(one, other);
+  const Image background = judge.render({}).background;
+  const auto shown = [&](const ReferenceFrame& frame) {
+    return cut_to_screen(with_rain(background, frame.rain, 1), judge.scene.camera.white_cd_m2);
+  };
+  judge.flip_noise = ldr_flip(shown(one), shown(other)).mean;
+}
 
-SweepCurve sweep_scene(const std::string& kind, const std::string& what, MakeScene make_scene,
-                       const SweepInputs& inputs, const Progress& progress) {
+std::string text_of(const ModelScene& kind, const Judge& judge) {
+  std::string text = fmt::format(
+      "{} x {} px on {}; {}. Against the reference tracer with all orders, pixel by pixel, less "
+      "its noise (relative standard error {:.2g}; what cannot be told from none is told as a "
+      "bound). FLIP: mean LDR-FLIP of the frame, {:.2g} between two halves of the reference; "
+      "light: of all streaks, over the reference's.",
+      judge.scene.camera.width_px, judge.scene.camera.height_px, judge.renderer->gl_info().renderer,
+      kind.drops, noise_of(judge.truth), judge.flip_noise);
+  if (!kind.wide_streaks)
+    text +=
+        " Where a few far streaks stand for all, what that costs is added in squares: of the dense "
+        "rain that times are of, against all of its streaks.";
+  return text;
+}
+
+SweepCurve sweep_scene(const ModelScene& kind, const SweepInputs& inputs,
+                       const Progress& progress) {
   const Preset preset = read_preset(inputs.preset_file);
   StreakAtlas atlas = read_atlas(inputs.atlas_folder);
   if (!inputs.masks_folder.empty()) atlas.masks = read_refraction_masks(inputs.masks_folder);
@@ -139,30 +225,28 @@ SweepCurve sweep_scene(const std::string& kind, const std::string& what, MakeSce
                              "20 and 40 degrees, 74 lights and a sky");
   }
   if (progress) progress("reference", 0);
-  const Scene scene = make_scene(atlas, inputs.data_folder);
-  Judge judge = {.atlas = atlas, .scene = scene};
-  judge.truth = reference_frame(judge.scene, atlas, reference_options(preset), preset,
-                                inputs.quick ? 100 : 1000, inputs.quick ? 6 : 12);
-  std::vector<Model> models = models_of(judge, inputs.quick);
-  for (Model& model : models) judge_model(judge, model);
-  time_models(inputs, progress, judge, models);
-  const GlInfo info = judge.renderer->gl_info();
+  Judge judge = {.atlas = atlas, .scene = kind.make(atlas, inputs.data_folder)};
+  trace_truth(kind, inputs, preset, judge);
+  std::vector<Model> models = models_of(kind, judge, inputs.quick);
+  const double denser = inputs.quick ? 1 : kind.denser;
+  Scene dense = judge.scene;
+  for (RainSize& size : dense.rain.sizes) size.drops_per_m3 *= denser;
+  for (Model& model : models) {
+    judge_model(judge, model);
+    if (!kind.wide_streaks) price_far_streaks(judge, dense, model);
+  }
+  time_models(inputs, progress, judge, dense, models);
   SweepCurve curve = {
-      .name = "models-" + kind,
-      .title = "Models of rain, " + what,
+      .name = "models-" + kind.kind,
+      .title = "Models of rain, " + kind.what,
       .time_label =
           fmt::format("{} of the rain, {} times the drops [s]",
-                      on_processor(info) ? "processor time" : "time", inputs.quick ? 1 : denser),
+                      on_processor(judge.renderer->gl_info()) ? "processor time" : "time", denser),
       .error_label = "relative RMSE of the rain against the reference",
-      .text = fmt::format(
-          "{} x {} px on {}; {:.3g} drops a cubic metre, 1 to 7 m away, in a box of 8 x 6 x 6 m. "
-          "Against the reference tracer with all orders, pixel by pixel, less its noise. FLIP: "
-          "mean "
-          "LDR-FLIP of the frame; light: of all streaks, over the reference's.",
-          scene.camera.width_px, scene.camera.height_px, info.renderer,
-          scene.rain.sizes.front().drops_per_m3),
+      .text = text_of(kind, judge),
       .whole = "the rain of a frame",
-      .standard = lookup_name(RenderOptions{}.lookup)};
+      .standard =
+          "A: traced, " + std::string(lookup_name(RenderOptions{}.lookup)) + sky_by_harmonics};
   for (Model& model : models) {
     set_times(model.times_s, model.point);
     curve.points.push_back(model.point);
@@ -170,14 +254,45 @@ SweepCurve sweep_scene(const std::string& kind, const std::string& what, MakeSce
   return curve;
 }
 
+constexpr const char* far_drops = "2 drops a cubic metre, 1 to 7 m away, in a box of 8 x 6 x 6 m";
+constexpr const char* near_drops = "drops 0.15 to 0.6 m away, streaks 5 to 18 px wide";
+
 }  // namespace
 
 SweepCurve sweep_models_by_day(const SweepInputs& inputs, const Progress& progress) {
-  return sweep_scene("day", "under a city's sky and a sun", small_frame, inputs, progress);
+  return sweep_scene({.kind = "day",
+                      .what = "under a city's sky and a sun",
+                      .drops = far_drops,
+                      .make = small_frame},
+                     inputs, progress);
 }
 
 SweepCurve sweep_models_at_night(const SweepInputs& inputs, const Progress& progress) {
-  return sweep_scene("night", "under three lamps", small_night_frame, inputs, progress);
+  return sweep_scene(
+      {.kind = "night", .what = "under three lamps", .drops = far_drops, .make = small_night_frame},
+      inputs, progress);
+}
+
+SweepCurve sweep_near_models_by_day(const SweepInputs& inputs, const Progress& progress) {
+  return sweep_scene({.kind = "near-day",
+                      .what = "near drops under a city's sky and a sun",
+                      .drops = near_drops,
+                      .make = near_frame,
+                      .wide_streaks = true,
+                      .denser = 10,
+                      .samples_per_px = 100},
+                     inputs, progress);
+}
+
+SweepCurve sweep_near_models_at_night(const SweepInputs& inputs, const Progress& progress) {
+  return sweep_scene({.kind = "near-night",
+                      .what = "near drops under three lamps",
+                      .drops = near_drops,
+                      .make = near_night_frame,
+                      .wide_streaks = true,
+                      .denser = 10,
+                      .samples_per_px = 100},
+                     inputs, progress);
 }
 
 }  // namespace pluvia

@@ -4,7 +4,7 @@
 //   rain_cost [--frames 3] [--most-drops 100000]
 // Or by looks, at 720 x 480 under one lamp and a map, with the numbers of drops of which Wang et
 // al. (MSR-TR-2006-102) give frame rates; the look stands where the lookup does:
-//   rain_cost --looks MAP.exr [--frames 3]
+//   rain_cost --looks MAP.exr [--masks DIR] [--frames 3]
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -27,7 +27,7 @@ struct CostFlags {
   int frames = 3;
   double most_drops = 1e5;
   std::string looks_under = {};  // a map
-  std::string masks = {};        // of refraction, under that map
+  std::string masks = {};        // of refraction, which is a look more
 };
 
 struct Cost {
@@ -108,34 +108,47 @@ std::vector<Row> all_rows(double most_drops) {
   return rows;
 }
 
-std::vector<Row> look_rows() {
+std::vector<Row> look_rows(double drops) {
   const std::pair<const char*, RenderOptions> looks[] = {
-      {"traced", {}},
+      {"billboards of 2010 nearest",
+       {.path = RainPath::billboards_2010,
+        .packets = {.selection = PacketSelection::rectangle},
+        .lookup = LookupMode::nearest}},
+      {"billboards of 2010 view-linear",
+       {.path = RainPath::billboards_2010, .packets = {.selection = PacketSelection::rectangle}}},
+      {"traced nearest", {.lookup = LookupMode::nearest}},
+      {"traced view-linear", {}},
       {"traced trilinear", {.lookup = LookupMode::trilinear}},
+      {"traced view-linear sky's mean", {.sky_degree = 0}},
+      {"traced view-linear quads", {.widest_splat_px = 0}},
       {"sphere", {.look = StreakLook::sphere}},
       {"sphere-published", {.look = StreakLook::sphere_published}},
       {"white", {.look = StreakLook::white}}};
   std::vector<Row> rows;
-  for (const double drops : {1e4, 2e4, 4e4, 8e4}) {
-    for (const auto& [name, options] : looks)
-      rows.push_back({drops, "automatic", name, 1, options});
-  }
+  for (const auto& [name, options] : looks) rows.push_back({drops, "automatic", name, 1, options});
   return rows;
 }
 
 // By masks: thin streaks walked, then all as quads, whose pixels take so many samples.
-std::vector<Row> refraction_rows() {
+std::vector<Row> refraction_rows(double drops) {
+  std::vector<Row> rows = {{drops, "automatic", "refraction", 1, {.look = StreakLook::refraction}}};
+  for (const int samples : {1, 5, 10, 20, 50}) {
+    rows.push_back(
+        {drops,
+         "automatic",
+         fmt::format("refraction quads {}", samples),
+         1,
+         {.widest_splat_px = 0, .look = StreakLook::refraction, .persistence_samples = samples}});
+  }
+  return rows;
+}
+
+std::vector<Row> published_rows(bool masks) {
   std::vector<Row> rows;
   for (const double drops : {1e4, 2e4, 4e4, 8e4}) {
-    rows.push_back({drops, "automatic", "refraction", 1, {.look = StreakLook::refraction}});
-    for (const int samples : {1, 5, 10, 20, 50}) {
-      rows.push_back(
-          {drops,
-           "automatic",
-           fmt::format("refraction quads {}", samples),
-           1,
-           {.widest_splat_px = 0, .look = StreakLook::refraction, .persistence_samples = samples}});
-    }
+    for (const Row& row : look_rows(drops)) rows.push_back(row);
+    if (!masks) continue;
+    for (const Row& row : refraction_rows(drops)) rows.push_back(row);
   }
   return rows;
 }
@@ -155,11 +168,9 @@ void run(const CostFlags& flags) {
   fmt::print(
       "drops,packets,lookup,lights,streaks,looked_at,rain_ms,cpu_ms,frame_ms,"
       "mb_beside_the_atlas\n");
-  std::vector<Row> rows = looks ? look_rows() : all_rows(flags.most_drops);
-  if (looks && !flags.masks.empty()) {
-    atlas.masks = read_refraction_masks(flags.masks);
-    rows = refraction_rows();
-  }
+  if (!flags.masks.empty()) atlas.masks = read_refraction_masks(flags.masks);
+  const std::vector<Row> rows =
+      looks ? published_rows(!flags.masks.empty()) : all_rows(flags.most_drops);
   for (const Row& row : rows) {
     const int frames = row.drops > 1e5 ? 1 : flags.frames;
     Scene scene = far_rain(row.drops, row.lights);
@@ -181,9 +192,9 @@ int main(int argc, char** argv) {
   app.add_option("--frames", flags.frames, "of which the median is taken")
       ->check(CLI::Range(1, 99));
   app.add_option("--most-drops", flags.most_drops, "1e3 .. 1e6")->check(CLI::Range(1e3, 1e6));
-  app.add_option("--looks", flags.looks_under, "looks under this map instead");
-  app.add_option("--masks", flags.masks,
-                 "with --looks: streaks that refract by these masks instead");
+  CLI::Option* const looks =
+      app.add_option("--looks", flags.looks_under, "looks under this map instead");
+  app.add_option("--masks", flags.masks, "of refraction, a look more")->needs(looks);
   CLI11_PARSE(app, argc, argv);
   try {
     pluvia::run(flags);

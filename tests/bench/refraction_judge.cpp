@@ -88,8 +88,12 @@ double sum_of(const Image& image) {
 
 std::vector<std::pair<std::string, RenderOptions>> rows() {
   std::vector<std::pair<std::string, RenderOptions>> all = {
+      {"white", {.look = StreakLook::white}},
+      {"billboards of 2010", {.path = RainPath::billboards_2010}},
+      {"traced nearest", {.lookup = LookupMode::nearest}},
       {"traced", {}},
       {"traced trilinear", {.lookup = LookupMode::trilinear}},
+      {"sphere published", {.look = StreakLook::sphere_published}},
       {"sphere", {.look = StreakLook::sphere}}};
   for (const auto capture : {SceneCapture::cube, SceneCapture::wide}) {
     for (const int samples : {1, 5, 10, 20, 50})
