@@ -61,7 +61,7 @@ Scene small_frame(const StreakAtlas& atlas, const std::string& data_folder);
 // map a thousandth as bright.
 Scene small_night_frame(const StreakAtlas& atlas, const std::string& data_folder);
 
-// The same sky and sun, and the same lamps, through a long lens: some ten drops 0.15 to 0.6 m
+// The same sky and sun, and the same lamps, through a long lens: about a dozen drops 0.15 to 0.6 m
 // before it, 240 x 135 pixels, streaks 5 to 18 pixels wide.
 Scene near_frame(const StreakAtlas& atlas, const std::string& data_folder);
 Scene near_night_frame(const StreakAtlas& atlas, const std::string& data_folder);

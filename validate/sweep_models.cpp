@@ -95,7 +95,7 @@ void add_model_a(const ModelScene& kind, bool quick, std::vector<Model>& models)
     add(", the sky's mean", {.lookup = lookup, .sky_degree = 0}, " --sky-degree 0");
   for (const double n : {16.0, 4.0, 1.0}) {
     if (kind.wide_streaks) continue;
-    add(fmt::format(", {} far streaks for all", n),
+    add(fmt::format(", {} far streak{} for all", n, n == 1 ? "" : "s"),
         {.far_streaks = n, .lookup = LookupMode::trilinear}, fmt::format(" --far-streaks {}", n));
   }
   for (const auto lookup : {LookupMode::nearest, LookupMode::view_linear})
@@ -204,13 +204,16 @@ std::string text_of(const ModelScene& kind, const Judge& judge) {
       "{} x {} px on {}; {}. Against the reference tracer with all orders, pixel by pixel, less "
       "its noise (relative standard error {:.2g}; what cannot be told from none is told as a "
       "bound). FLIP: mean LDR-FLIP of the frame, {:.2g} between two halves of the reference; "
-      "light: of all streaks, over the reference's.",
+      "light: of all streaks, over the reference's. The law behind a recommendation is that of "
+      "noise: among errors near 1, that of no rain at all, it takes the cheapest, and the front "
+      "tells more.",
       judge.scene.camera.width_px, judge.scene.camera.height_px, judge.renderer->gl_info().renderer,
       kind.drops, noise_of(judge.truth), judge.flip_noise);
   if (!kind.wide_streaks)
     text +=
-        " Where a few far streaks stand for all, what that costs is added in squares: of the dense "
-        "rain that times are of, against all of its streaks.";
+        " Where a few far streaks stand for all, what that costs is added to the error in squares, "
+        "and not to FLIP and light: of the dense rain that times are of, against all of its "
+        "streaks.";
   return text;
 }
 
