@@ -68,7 +68,8 @@ CapturePass make_capture_pass(SceneCapture kind, int size_px) {
   return pass;
 }
 
-void draw_capture(const CapturePass& pass, const ScenePass& surfaces, const ShadowPass& shadows) {
+void draw_capture(const CapturePass& pass, const ScenePass& surfaces, const ShadowPass& shadows,
+                  const PicturePass* picture) {
   // As many of the scene's pixels as the picture's texels are samples of.
   const float size_px = static_cast<float>(pass.size_px) / subpixels;
   for (std::size_t i = 0; i < pass.faces.size(); ++i) {
@@ -76,6 +77,8 @@ void draw_capture(const CapturePass& pass, const ScenePass& surfaces, const Shad
                                  ? face_camera(cube_faces[i], size_px)
                                  : wide_camera(surfaces.values.camera, size_px);
     draw_view(surfaces, shadows, camera, pass.faces[i], pass.size_px);
+    if (picture)
+      draw_picture_view(*picture, surfaces.values.camera, camera, pass.faces[i], pass.size_px);
   }
   glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
   glGenerateTextureMipmap(pass.picture.id());

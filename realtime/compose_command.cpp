@@ -33,8 +33,6 @@ void check_flags(const ComposeFlags& flags) {
   if (flags.quality.far_streaks > 0)
     throw CLI::ValidationError(
         "--far-streaks", "a few streaks would stand for all; expected 0, as drops are listed");
-  if (!flags.quality.masks.empty())
-    throw CLI::ValidationError("--masks", "refraction needs the scene all round; expected none");
   if (flags.out.empty() && !flags.plan)
     throw CLI::ValidationError("--out", "is required without --plan");
 }

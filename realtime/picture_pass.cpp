@@ -1,5 +1,7 @@
 #include "realtime/picture_pass.h"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
 #include <string>
 
@@ -9,6 +11,25 @@ namespace pluvia {
 namespace {
 
 enum TextureUnit : GLuint { color_at, depth_at };
+constexpr GLuint views_at = 0;
+
+struct PictureViews {  // picture_view.frag
+  GpuCamera picture = {}, view = {};
+};
+
+// With all levels, linear between them.
+GlTexture make_filtered(int width, int height) {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  const auto longer = static_cast<unsigned>(std::max(width, height));
+  glTextureStorage2D(id, static_cast<GLsizei>(std::bit_width(longer)), GL_RGBA32F, width, height);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return texture;
+}
 
 ShaderProgram picture_program(bool depth_alone) {
   return build_program({"screen.vert", "picture.frag"},
@@ -34,9 +55,17 @@ void draw_into(const GlFramebuffer& target, int width, int height, const ShaderP
 
 }  // namespace
 
-PicturePass make_picture_pass(const ScenePass& targets) {
+PicturePass make_picture_pass(const ScenePass& targets, bool refracted) {
   PicturePass pass;
-  pass.color = make_texture(GL_RGB32F, targets.width, targets.height);
+  pass.color = refracted ? make_filtered(targets.width, targets.height)
+                         : make_texture(GL_RGB32F, targets.width, targets.height);
+  if (refracted) {
+    pass.draw_view = build_program({"screen.vert", "picture_view.frag"},
+                                   {{"PICTURE_COLOR", std::to_string(color_at)},
+                                    {"PICTURE_VIEWS", std::to_string(views_at)},
+                                    {"SUBPIXELS", std::to_string(subpixels)}});
+    pass.views = make_buffer(nullptr, sizeof(PictureViews));
+  }
   pass.depth_m = make_texture(GL_R32F, targets.width, targets.height);
   pass.no_vertices = make_vertex_array();
   pass.draw_color = picture_program(false);
@@ -46,6 +75,7 @@ PicturePass make_picture_pass(const ScenePass& targets) {
 
 void set_picture(PicturePass& pass, const Picture& picture) {
   upload(pass.color, picture.color, GL_RGB);
+  if (pass.views.id() != 0) glGenerateTextureMipmap(pass.color.id());
   upload(pass.depth_m, picture.depth_m, GL_RED);
   pass.shown = true;
 }
@@ -67,11 +97,26 @@ void draw_picture(const PicturePass& pass, const ScenePass& targets) {
   glDepthFunc(GL_GREATER);  // as every other pass expects it
 }
 
+void draw_picture_view(const PicturePass& pass, const GpuCamera& picture_camera,
+                       const GpuCamera& camera, const GlFramebuffer& target, int size_px) {
+  const PictureViews views = {picture_camera, camera};
+  glNamedBufferSubData(pass.views.id(), 0, sizeof(views), &views);
+  glBindBufferBase(GL_UNIFORM_BUFFER, views_at, pass.views.id());
+  glBindTextureUnit(color_at, pass.color.id());
+  glBindVertexArray(pass.no_vertices.id());
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  draw_into(target, size_px, size_px, pass.draw_view);
+  glEnable(GL_DEPTH_TEST);
+}
+
 PlannedPass plan_of(const PicturePass& pass, const ScenePass& targets) {
   PlannedPass plan = plan_of(targets);
   plan.name = "picture";
   plan.add(pass.draw_color);
   plan.add(pass.draw_depth);
+  plan.add(pass.draw_view);
   plan.add("picture that is given", pass.color);
   plan.add("depth that is given", pass.depth_m);
   return plan;

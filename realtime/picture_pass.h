@@ -6,6 +6,7 @@
 #include "atlas/image.h"
 #include "realtime/frame_plan.h"
 #include "realtime/gl_objects.h"
+#include "realtime/gpu_scene.h"
 #include "realtime/scene_pass.h"
 
 namespace pluvia {
@@ -20,10 +21,13 @@ struct PicturePass {
   GlTexture color = {}, depth_m = {};
   GlVertexArray no_vertices = {};
   ShaderProgram draw_color = {}, draw_depth = {};
+  // Where drops refract it: as another camera at the same place sees it, filtered to its texels.
+  ShaderProgram draw_view = {};
+  GlBuffer views = {};
 };
 
-// targets: those of make_scene_targets.
-PicturePass make_picture_pass(const ScenePass& targets);
+// Of the targets' size. refracted: it is drawn into views, too.
+PicturePass make_picture_pass(const ScenePass& targets, bool refracted);
 
 // The picture of the next frames, of the targets' size.
 void set_picture(PicturePass& pass, const Picture& picture);
@@ -31,6 +35,11 @@ void set_picture(PicturePass& pass, const Picture& picture);
 void draw_picture(const PicturePass& pass, const ScenePass& targets);
 
 // With its targets.
+// Over what is in a square target of another camera, as draw_view of realtime/scene_pass.h takes
+// it: what the picture's camera sees. The pass is one that is refracted.
+void draw_picture_view(const PicturePass& pass, const GpuCamera& picture_camera,
+                       const GpuCamera& camera, const GlFramebuffer& target, int size_px);
+
 PlannedPass plan_of(const PicturePass& pass, const ScenePass& targets);
 
 }  // namespace pluvia

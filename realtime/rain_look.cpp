@@ -65,9 +65,6 @@ std::string strokes_note(const StreakStrokes& strokes) {
 void check_look(const RenderOptions& options) {
   if (options.look != StreakLook::traced && options.path == RainPath::billboards_2010)
     throw std::runtime_error("billboards: a look that is not traced; expected traced");
-  if (options.look == StreakLook::refraction && options.over_picture)
-    throw std::runtime_error(
-        "look: refraction, over a picture that shows one way only; expected another look");
   if (options.background_share && !is_sphere(options.look))
     throw std::runtime_error("background_share: the look has none; expected a look of spheres");
   if (options.streak_cd_m2 && options.look != StreakLook::white)

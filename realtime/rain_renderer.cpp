@@ -92,6 +92,7 @@ struct RainRenderer::State {
   }
   void draw_background() {
     if (picture) {
+      if (captures()) set_camera(surfaces, scene, shadows);
       draw_picture(*picture, surfaces);
     } else {
       set_camera(surfaces, scene, shadows);
@@ -128,13 +129,14 @@ std::unique_ptr<RainRenderer::State> RainRenderer::make_state(std::shared_ptr<Gl
   state.sky = make_moving_sky(scene.environment, degree, same_sky ? kept->sky : MovingSky());
   const std::optional<Image> map =
       state.sky.clip ? state.sky.clip->at(state.sky.shown) : posed_map(scene.environment);
-  state.surfaces = options.over_picture ? make_scene_targets(scene)
-                                        : make_scene_pass(scene, map ? &*map : nullptr);
+  // Beside a picture drops that refract see the scene's own surfaces and sky.
+  const bool refracts = options.look == StreakLook::refraction;
+  const bool draws_scene = !options.over_picture || refracts;
+  state.surfaces =
+      draws_scene ? make_scene_pass(scene, map ? &*map : nullptr) : make_scene_targets(scene);
   state.shadows = make_shadow_pass(scene, state.surfaces);
-  if (options.over_picture)
-    state.picture = make_picture_pass(state.surfaces);
-  else
-    link_scene_pass(state.surfaces, state.shadows);
+  if (options.over_picture) state.picture = make_picture_pass(state.surfaces, refracts);
+  if (draws_scene) link_scene_pass(state.surfaces, state.shadows);
   state.space = make_rain_space(scene);
   const glm::vec4 environment = mean_environment(scene.environment, map ? &*map : nullptr);
   if (needs_motion(scene.rain)) state.wind = make_wind_pass(scene);
@@ -236,7 +238,8 @@ Frame RainRenderer::draw(double time_s) {
   watch.lap(state.picture ? "picture" : "surfaces", "", frame.costs);
   state.draw_whole_image(watch, frame.costs);
   if (state.captures()) {
-    draw_capture(state.rain->refraction->capture, state.surfaces, state.shadows);
+    draw_capture(state.rain->refraction->capture, state.surfaces, state.shadows,
+                 state.picture ? &*state.picture : nullptr);
     watch.lap("surroundings", "", frame.costs);
   }
   if (state.rain) {

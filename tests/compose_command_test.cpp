@@ -344,7 +344,7 @@ TEST(ComposeProgram, RefusesInOneLineAndLeavesNothing) {
   refused("picture.png", "depth.exr", "--video v.mp4", 2, "expected one of them");
   refused("picture.png", "depth.exr", "--far-streaks 4", 2, "--far-streaks");
   refused("picture.png", "depth.exr", "--mask-coverage nan", 2, "--mask-coverage");
-  refused("picture.png", "depth.exr", "--masks m", 2, "--masks: refraction needs the scene");
+  refused("picture.png", "depth.exr", "--masks m", 2, "--masks: the look has none");
   refused("none.png", "depth.exr", "", 1, "none.png: cannot read: ");
   refused("picture.png", "none.exr", "", 1, "none.exr: cannot read: no such file");
   refused("small.exr", "depth.exr", "", 1,

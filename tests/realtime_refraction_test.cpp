@@ -161,6 +161,78 @@ TEST(Refraction, ADropShowsTheSceneUpsideDown) {
   EXPECT_LT(upper / half, 0.15);
 }
 
+// A still drop 0.3 m before a camera of 100 degrees, under a blue sky.
+Scene before_a_picture() {
+  Scene scene = one_drop();
+  scene.environment.uniform_cd_m2 = {0, 0, 1};
+  scene.camera.exposure_s = 1e-6;
+  scene.camera.width_px = scene.camera.height_px = 600;
+  scene.camera.vertical_fov_deg = 100;
+  scene.drops[0].centre_m = {0.0, 0.3, 0.0};
+  return scene;
+}
+
+Frame over_red(const Scene& scene, int red_rows, SceneCapture capture) {
+  Picture picture = {make_image(scene.camera.width_px, scene.camera.height_px, 3),
+                     make_image(scene.camera.width_px, scene.camera.height_px)};
+  for (int y = 0; y < red_rows; ++y) {
+    for (int x = 0; x < scene.camera.width_px; ++x) picture.color.at(x, y, 0) = 1;
+  }
+  std::fill(picture.depth_m.values.begin(), picture.depth_m.values.end(), 10.0f);
+  RenderOptions options = refracting(20);
+  options.over_picture = true;
+  options.capture = capture;
+  options.capture_px = 512;  // of which a wide capture has but 80 for the picture
+  RainRenderer renderer(scene, masked_atlas(), options);
+  renderer.show(picture);
+  return renderer.render(0);
+}
+
+TEST(Refraction, OverAPictureADropShowsItUpsideDownAndTheSkyBesideIt) {
+  PLUVIA_NEEDS_OPENGL();
+  const Scene scene = before_a_picture();
+  for (const auto capture : {SceneCapture::cube, SceneCapture::wide}) {
+    // Red where the picture is, blue beside it: together all of the light.
+    const Frame all = over_red(scene, 600, capture);
+    const Eigen::Vector3d found = brightness(all);
+    EXPECT_NEAR(found.x() + found.z(), 1, 1e-3);
+    EXPECT_GT(found.x(), 0.6);
+    EXPECT_GT(found.z(), 0.03);
+    EXPECT_EQ(found.y(), 0);
+    // Its upper half alone is in the lower half of the drop, as in ADropShowsTheSceneUpsideDown,
+    // but for what straight refraction bends by more than the 50 degrees that the picture reaches
+    // up: incidence of more than 70 degrees, 0.12 of the drop's face.
+    const Frame half = over_red(scene, 300, capture);
+    double upper = 0, lower = 0;
+    for (int y = 0; y < 600; ++y) {
+      for (int x = 0; x < 600; ++x)
+        (y < 300 ? upper : lower) += static_cast<double>(half.rain.at(x, y, 0));
+    }
+    EXPECT_GT(lower / (covered(half) / 2), 0.85 - 0.12 - 0.06);
+    EXPECT_LT(upper / (covered(half) / 2), 0.15);
+  }
+}
+
+TEST(Refraction, OverAPictureOfTheSceneTheRainIsThatOfTheScene) {
+  PLUVIA_NEEDS_OPENGL();
+  // The capture has the picture's pixels, filtered, where it else has the surfaces themselves.
+  const Scene scene = rainy_scene(300);
+  RainRenderer plain(scene, masked_atlas(), refracting());
+  const Frame expected = plain.render(0.5);
+  RenderOptions options = refracting();
+  options.over_picture = true;
+  RainRenderer renderer(scene, masked_atlas(), options);
+  renderer.show({expected.background, expected.depth_m});
+  const Frame found = renderer.render(0.5);
+  double square = 0, all = 0;
+  for (std::size_t i = 0; i < found.rain.values.size(); ++i) {
+    square += std::pow(static_cast<double>(found.rain.values[i] - expected.rain.values[i]), 2);
+    all += std::pow(static_cast<double>(expected.rain.values[i]), 2);
+  }
+  ASSERT_GT(all, 0);
+  EXPECT_LT(std::sqrt(square / all), 0.05);
+}
+
 TEST(Refraction, ManySamplesConverge) {
   PLUVIA_NEEDS_OPENGL();
   const TemporaryFolder folder;
