@@ -155,6 +155,12 @@ Json settings_json(const ComposeFlags& flags) {
   if (quality.background_share) json["background_share"] = *quality.background_share;
   if (quality.streak_cd_m2) json["streak_cd_m2"] = *quality.streak_cd_m2;
   if (!quality.strokes.empty()) json["strokes"] = quality.strokes;
+  if (!quality.masks.empty()) {
+    json["masks"] = quality.masks;
+    json["persistence"] = quality.persistence_samples;
+    json["capture"] = quality.capture;
+    json["capture_px"] = quality.capture_px;
+  }
   if (flags.one_cd_m2) json["one_cd_m2"] = *flags.one_cd_m2;
   if (flags.depth_scale_m > 0) json["depth_scale_m"] = flags.depth_scale_m;
   return json;
