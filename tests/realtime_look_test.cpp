@@ -22,6 +22,7 @@
 #include "realtime/rain_renderer.h"
 #include "tests/evening_sky.h"
 #include "tests/frame_light.h"
+#include "tests/frame_threads.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 #include "tests/temporary_folder.h"
@@ -383,28 +384,16 @@ TEST(Look, ARendererThatTakesAnotherIsAsOneMadeForIt) {
 // write.
 TEST(Look, AFrameHasTheSameBytesForEveryNumberOfThreads) {
   PLUVIA_NEEDS_OPENGL();
-  if (const char* file = std::getenv("PLUVIA_TEST_FRAME")) {
+  if (const char* file = file_of_rerun()) {
     std::ofstream out(file, std::ios::binary);
     for (const auto look : looks) {
       const Frame frame =
           RainRenderer(rainy_scene(20000), quarter_atlas(), {.look = look}).render(0.5);
-      out.write(reinterpret_cast<const char*>(frame.color.values.data()),
-                static_cast<std::streamsize>(frame.color.values.size() * sizeof(float)));
+      append_bytes(out, frame.color);
     }
     return;
   }
-  const TemporaryFolder folder;
-  std::vector<std::string> frames;
-  for (const char* threads : {"1", "2"}) {
-    const std::string file = folder / threads;
-    const std::string command = "LP_NUM_THREADS=" + std::string(threads) +
-                                " PLUVIA_TEST_FRAME=" + file + " " +
-                                std::filesystem::read_symlink("/proc/self/exe").string() +
-                                " --gtest_filter=Look.AFrameHasTheSame* > " + file + ".log 2>&1";
-    ASSERT_EQ(std::system(command.c_str()), 0) << command;
-    std::ifstream in(file, std::ios::binary);
-    frames.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-  }
+  const std::vector<std::string> frames = bytes_of_reruns({1, 2});
   EXPECT_EQ(frames[0].size(), looks.size() * 160 * 120 * 3 * sizeof(float));
   EXPECT_TRUE(frames[0] == frames[1]);
 }

@@ -15,6 +15,7 @@
 #include "raytrace/streak_placement.h"
 #include "realtime/rain_inputs.h"
 #include "realtime/rain_renderer.h"
+#include "tests/frame_threads.h"
 #include "tests/realtime_fixture.h"
 #include "tests/synthetic_atlas.h"
 
@@ -311,23 +312,14 @@ std::string frame_bytes(const Frame& frame) {
 // write.
 TEST(RainRenderer, AFrameHasTheSameBytesForEveryRunAndNumberOfThreads) {
   PLUVIA_NEEDS_OPENGL();
-  if (const char* file = std::getenv("PLUVIA_TEST_FRAME")) {
+  if (const char* file = file_of_rerun()) {
     Scene scene = rainy_scene(20000);
     scene.splashes.emplace();
     RainRenderer renderer(scene, quarter_atlas());
     std::ofstream(file, std::ios::binary) << frame_bytes(renderer.render(0.5));
     return;
   }
-  std::vector<std::string> frames;
-  for (const char* threads : {"1", "2", "2"}) {
-    const std::string file = testing::TempDir() + fmt::format("pluvia_frame_{}", frames.size());
-    const std::string command = fmt::format(
-        "LP_NUM_THREADS={} PLUVIA_TEST_FRAME={} {} --gtest_filter=RainRenderer.AFrameHasTheSame* "
-        "> {}.log 2>&1",
-        threads, file, std::filesystem::read_symlink("/proc/self/exe").string(), file);
-    ASSERT_EQ(std::system(command.c_str()), 0) << command;
-    frames.push_back(read_file(file));
-  }
+  const std::vector<std::string> frames = bytes_of_reruns({1, 2, 2});
   ASSERT_FALSE(frames[0].empty());
   EXPECT_EQ(sha256(frames[0]), sha256(frames[1]));
   EXPECT_EQ(sha256(frames[1]), sha256(frames[2]));
