@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -110,9 +111,12 @@ StreakAtlas read_atlas(const std::string& folder, const QualityFlags& flags) {
   if (!flags.strokes.empty() && !takes_strokes(look_of(flags)))
     throw CLI::ValidationError(
         "--strokes", "the look takes none; expected --look sphere, sphere-published or white");
+  // Before the seconds that an atlas takes to read.
+  StreakStrokes strokes;
+  if (!flags.strokes.empty()) strokes = read_streak_strokes(flags.strokes);
   StreakAtlas atlas = read_atlas(folder);
   if (!flags.masks.empty()) atlas.masks = read_refraction_masks(flags.masks);
-  if (!flags.strokes.empty()) atlas.strokes = read_streak_strokes(flags.strokes);
+  atlas.strokes = std::move(strokes);
   return atlas;
 }
 
