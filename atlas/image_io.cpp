@@ -97,10 +97,6 @@ void write_bytes(const std::string& file, const std::vector<unsigned char>& byte
   write_file_atomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-}  // namespace
-
-namespace {
-
 struct WholeImage {
   Image image = {};
   bool encoded = false;  // of whole numbers, 0 .. 1

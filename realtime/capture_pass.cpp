@@ -1,7 +1,6 @@
 #include "realtime/capture_pass.h"
 
 #include <array>
-#include <bit>
 
 #include <glm/vec3.hpp>
 
@@ -31,28 +30,16 @@ GpuCamera wide_camera(const GpuCamera& camera, float size_px) {
           glm::vec4(glm::vec3(camera.up), size_px), glm::vec4(glm::vec3(camera.forward), size_px)};
 }
 
-GlTexture make_picture(const CapturePass& pass) {
-  GLuint id = 0;
-  const GLenum target = pass.kind == SceneCapture::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
-  glCreateTextures(target, 1, &id);
-  GlTexture picture(id);
-  glTextureStorage2D(id, capture_levels(pass), GL_RGBA32F, pass.size_px, pass.size_px);
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  return picture;
-}
-
 }  // namespace
 
 int capture_levels(const CapturePass& pass) {
-  return static_cast<int>(std::bit_width(static_cast<unsigned>(pass.size_px)));
+  return all_levels(pass.size_px, pass.size_px);
 }
 
 CapturePass make_capture_pass(SceneCapture kind, int size_px) {
   CapturePass pass = {.kind = kind, .size_px = size_px};
-  pass.picture = make_picture(pass);
+  pass.picture = make_filtered(kind == SceneCapture::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D,
+                               size_px, size_px);
   pass.depth = make_texture(GL_DEPTH_COMPONENT32F, size_px, size_px);
   if (kind == SceneCapture::wide) {
     pass.faces.push_back(make_framebuffer({pass.picture.id()}, pass.depth.id()));

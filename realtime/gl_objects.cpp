@@ -1,6 +1,8 @@
 #include "realtime/gl_objects.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <stdexcept>
 
 namespace pluvia {
@@ -22,6 +24,21 @@ GlTexture make_texture(GLenum format, int width, int height) {
   glTextureStorage2D(id, 1, format, width, height);
   glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return GlTexture(id);
+}
+
+int all_levels(int width, int height) {
+  return std::bit_width(static_cast<unsigned>(std::max(width, height)));
+}
+
+GlTexture make_filtered(GLenum target, int width, int height) {
+  GLuint id = 0;
+  glCreateTextures(target, 1, &id);
+  glTextureStorage2D(id, all_levels(width, height), GL_RGBA32F, width, height);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   return GlTexture(id);

@@ -83,6 +83,12 @@ void update_buffer(const GlBuffer& buffer, const std::vector<T>& values) {
 // One level, nearest filter, clamped at the edges. format: a sized internal format.
 GlTexture make_texture(GLenum format, int width, int height);
 
+// Mip levels down to a single texel.
+int all_levels(int width, int height);
+
+// RGBA32F with all levels, linear in and between them; a cube map, or of two dimensions.
+GlTexture make_filtered(GLenum target, int width, int height);
+
 // One long array of `channels` floats each, folded into layers: a storage buffer may be limited to
 // 128 MB. Padded with zeros to whole rows, or layers where there are several.
 GlTexture make_folded_array(GLenum format, GLenum order, int channels, int layer_width,

@@ -1,7 +1,5 @@
 #include "realtime/picture_pass.h"
 
-#include <algorithm>
-#include <bit>
 #include <cassert>
 #include <string>
 
@@ -16,20 +14,6 @@ constexpr GLuint views_at = 0;
 struct PictureViews {  // picture_view.frag
   GpuCamera picture = {}, view = {};
 };
-
-// With all levels, linear between them.
-GlTexture make_filtered(int width, int height) {
-  GLuint id = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &id);
-  GlTexture texture(id);
-  const auto longer = static_cast<unsigned>(std::max(width, height));
-  glTextureStorage2D(id, static_cast<GLsizei>(std::bit_width(longer)), GL_RGBA32F, width, height);
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  return texture;
-}
 
 ShaderProgram picture_program(bool depth_alone) {
   return build_program({"screen.vert", "picture.frag"},
@@ -57,7 +41,7 @@ void draw_into(const GlFramebuffer& target, int width, int height, const ShaderP
 
 PicturePass make_picture_pass(const ScenePass& targets, bool refracted) {
   PicturePass pass;
-  pass.color = refracted ? make_filtered(targets.width, targets.height)
+  pass.color = refracted ? make_filtered(GL_TEXTURE_2D, targets.width, targets.height)
                          : make_texture(GL_RGB32F, targets.width, targets.height);
   if (refracted) {
     pass.draw_view = build_program({"screen.vert", "picture_view.frag"},
